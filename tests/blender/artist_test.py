@@ -94,7 +94,7 @@ class Saving(Case):
         place.rename(moved)
         bpy.ops.wm.open_mainfile(filepath=str(moved / "a.blend"))
         self.check()
-        self.assertEqual(support.addon("cache").clear(bpy.data.node_groups["rising"]), 0)
+        self.assertEqual(support.addon("cache").clear(bpy.data.node_groups["rising"]), (0, 0))
 
     def test_a_saved_bake_moves_with_its_file(self):
         place = folder("third")
@@ -127,6 +127,61 @@ class Saving(Case):
             bpy.ops.wm.save_as_mainfile(filepath=str(place / f"{k}.blend"))
             self.check()
         self.assertEqual(len(list((place / "curlew_cache" / "rising").iterdir())), 2)
+
+    def clear(self):
+        """Returns the number of bakes that Remove Old Bakes removes."""
+        return support.addon("cache").clear(bpy.data.node_groups["rising"])[0]
+
+    def test_what_another_version_of_the_file_shows_is_not_deleted(self):
+        """Save As gives a second version of the shot, which shows the bakes of the first."""
+        place = folder("versions")
+        first, second = (str(place / f"shot_v00{k}.blend") for k in (1, 2))
+        build = rising()
+        bpy.ops.wm.save_as_mainfile(filepath=first)
+        self.bake.bake(build.tree)
+        bpy.ops.wm.save_mainfile()
+        bpy.ops.wm.save_as_mainfile(filepath=second)
+        self.bake.bake(build.tree)
+        self.assertEqual(self.clear(), 0)
+        bpy.ops.wm.save_mainfile()
+        bpy.ops.wm.open_mainfile(filepath=first)
+        self.check()
+        # The other direction.
+        bpy.ops.wm.save_as_mainfile(filepath=second)
+        bpy.ops.wm.open_mainfile(filepath=first)
+        self.scene = bpy.context.scene
+        bpy.ops.curlew.free_bake(tree="rising")
+        self.bake.bake(bpy.data.node_groups["rising"])
+        bpy.ops.wm.save_mainfile()
+        bpy.ops.wm.open_mainfile(filepath=second)
+        self.check()
+        # A file deletes the bakes that it alone has shown.
+        self.bake.bake(bpy.data.node_groups["rising"])
+        bpy.ops.wm.save_mainfile()
+        self.assertEqual(self.clear(), 1)
+        bpy.ops.wm.open_mainfile(filepath=first)
+        self.check()
+
+    def test_bakes_of_the_last_release_may_belong_to_any_file(self):
+        place = folder("earlier")
+        build = rising()
+        bpy.ops.wm.save_as_mainfile(filepath=str(place / "a.blend"))
+        self.bake.bake(build.tree)
+        unknown = place / "curlew_cache" / "rising" / "0099"
+        unknown.mkdir()
+        self.assertEqual(self.clear(), 0)
+        self.assertTrue(unknown.exists())
+
+    def test_no_note_is_left_where_files_of_others_are(self):
+        place = folder("volumes")
+        build = rising()
+        job = self.bake.bake(build.tree)
+        shutil.copy(next(job.folder.glob("*.vdb")), place / "own.vdb")
+        volume = bpy.data.volumes.new("own")
+        volume.filepath = str(place / "own.vdb")
+        volume.use_fake_user = True
+        bpy.ops.wm.save_as_mainfile(filepath=str(folder("volumes_file") / "a.blend"))
+        self.assertEqual([path.name for path in place.iterdir()], ["own.vdb"])
 
 
 class Undo(Case):

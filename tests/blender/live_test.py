@@ -397,7 +397,7 @@ class Frames(Live):
             self.scene.frame_set(frame)
             self.assertLessEqual(len(self.folders(build.tree)), 4)
         self.assertTrue(shown(build.points).is_dir())
-        self.assertEqual(self.cache.clear(build.tree), 3)
+        self.assertEqual(self.cache.clear(build.tree)[0], 3)
         # A changed mesh or a changed option needs another bake.
         there = {shown(build.points)}
         bpy.data.objects["Sphere"].data.vertices[0].co.z += 0.1

@@ -189,6 +189,12 @@ class CURLEW_OT_cancel(bpy.types.Operator):
         return {"FINISHED"}
 
 
+def cleared(tree: bpy.types.NodeTree, what: str) -> str:
+    """Removes the bakes of a tree that nothing shows. Returns what to tell the user."""
+    removed, kept = cache.clear(tree, running_folders())
+    return f"{removed} {what} removed" + (f", {kept} kept: other .blend files may show them" if kept else "")
+
+
 class CURLEW_OT_free_bake(bpy.types.Operator):
     """Empty the objects that this tree has baked, and delete their files"""
 
@@ -208,9 +214,8 @@ class CURLEW_OT_free_bake(bpy.types.Operator):
                 results.empty(node.target)
             if hasattr(node, "kind"):
                 node.baked, node.outdated = "", False
-        count = cache.clear(tree, running_folders())
         tree.message = ""
-        self.report({"INFO"}, f"{count} bakes removed")
+        self.report({"INFO"}, cleared(tree, "bakes"))
         return {"FINISHED"}
 
 
@@ -226,7 +231,7 @@ class CURLEW_OT_clear_cache(bpy.types.Operator):
         if tree is None:
             self.report({"ERROR"}, "no Curlew tree: choose one, or open one in the node editor")
             return {"CANCELLED"}
-        self.report({"INFO"}, f"{cache.clear(tree, running_folders())} old bakes removed")
+        self.report({"INFO"}, cleared(tree, "old bakes"))
         return {"FINISHED"}
 
 

@@ -3,6 +3,9 @@
 
 A bake on frame change is in a folder whose name is a digest of everything that it depends on, so the content of a
 folder never changes.
+
+Several .blend files may show the same bake, such as the versions of a shot that Save As has made. So the folder of a bake
+notes which do, and a file deletes no bake that another one may show.
 """
 
 import os
@@ -10,8 +13,9 @@ import re
 import secrets
 import shutil
 import tempfile
+from contextlib import suppress
 from pathlib import Path
-from typing import AbstractSet, Callable, Dict, List, Set
+from typing import AbstractSet, Callable, Dict, List, Optional, Set, Tuple
 
 import bpy
 import numpy as np
@@ -19,6 +23,7 @@ import numpy as np
 _NAME = "curlew_cache"
 FOLDER = "//" + _NAME
 _FRAME, PART = "frame_", "part_"  # prefixes of folders for bakes on frame change: finished, and in progress
+_USERS = "used_by.txt"  # lists the .blend files that may show a bake, relative to the folder of the bake
 
 
 def temporary() -> Path:
@@ -46,6 +51,7 @@ def new_folder(tree: bpy.types.NodeTree) -> Path:
             folder = folder.with_name(f"{folder.name}-{secrets.token_hex(4)}")
         if not folder.exists():
             folder.mkdir(parents=True)
+            note(folder, bpy.data.filepath)
             return folder
 
 
@@ -110,14 +116,74 @@ def used_folders() -> Set[Path]:
     return {absolute(path).resolve().parent for path in paths if path}
 
 
-def make_once(base: Path, name: str, make: Callable[[Path], None]) -> Path:
+def _is_in(path: Path, folder: Path) -> bool:
+    return folder.resolve() in path.resolve().parents
+
+
+def _users(folder: Path) -> Optional[Set[str]]:
+    """Returns the .blend files that may show a bake; None if that is not known, because the last release has made it."""
+    try:
+        return set((folder / _USERS).read_text().splitlines())
+    except OSError:
+        return None
+
+
+def _from(folder: Path, blend: str) -> str:
+    """Returns the path of a .blend relative to the folder of a bake, because both may move together."""
+    return os.path.relpath(os.path.realpath(blend), folder.resolve())
+
+
+def note(folder: Path, blend: str, shows: bool = True) -> None:
+    """Notes in the folder of a bake that a saved .blend may show it, or no longer shows it. Raises OSError if the note
+    cannot be written."""
+    if not blend or _is_in(folder, temporary()):
+        return
+    known = _users(folder)
+    before = known or set()
+    after = before | {_from(folder, blend)} if shows else before - {_from(folder, blend)}
+    if after != before or (shows and known is None):
+        part = folder / (_USERS + ".part")
+        part.write_text("".join(f"{user}\n" for user in sorted(after)))
+        part.replace(folder / _USERS)
+
+
+def note_shown() -> None:
+    """Notes in the folders of the bakes that the open .blend shows that it does."""
+    for folder in used_folders():
+        if folder.parent.parent.name == _NAME and _is_bake(folder.name) and folder.is_dir():
+            with suppress(OSError):  # a folder that cannot be written is not deleted either
+                note(folder, bpy.data.filepath)
+
+
+def note_saved(blend: str) -> None:
+    """Notes in the folders of all bakes near by whether the .blend that was saved shows them."""
+    note_shown()
+    used = used_folders()
+    for base in {beside().resolve(), *(folder.parents[1] for folder in used if folder.parents[1].name == _NAME)}:
+        for folder in {path.parent for path in base.glob(f"*/*/{_USERS}")}:
+            with suppress(OSError):
+                note(folder, blend, folder in used)
+
+
+def _may_be_shown_by_others(folder: Path) -> bool:
+    """Returns whether another .blend that exists may show a bake."""
+    if _is_in(folder, temporary()):
+        return False
+    users = _users(folder)
+    own = _from(folder, bpy.data.filepath) if bpy.data.filepath else ""
+    return users is None or any(user != own and (folder.resolve() / user).exists() for user in users)
+
+
+def make_once(base: Path, name: str, make: Callable[[Path], None], blend: str) -> Path:
     """Returns the folder for a frame's bake with this name. If it does not exist, `make` fills a new folder, which is
-    then renamed atomically. Marks the folder as recently used. Raises OSError if it cannot be created."""
+    then renamed atomically. Marks the folder as recently used. `blend`: the open .blend; "" if it was never saved. Raises
+    OSError if the folder cannot be created."""
     folder = base / (_FRAME + name)
     if not folder.is_dir():
         base.mkdir(parents=True, exist_ok=True)
         part = Path(tempfile.mkdtemp(prefix=PART, dir=base))
         try:
+            note(part, blend)
             make(part)
             part.rename(folder)
         except BaseException:
@@ -128,11 +194,12 @@ def make_once(base: Path, name: str, make: Callable[[Path], None]) -> Path:
 
 
 def prune(base: Path, keep: int) -> None:
-    """Removes bakes of frames except for the `keep` most recently used ones and those in use."""
+    """Removes bakes of frames except for the `keep` most recently used ones, those in use, and those that another .blend may
+    show."""
     folders = sorted(base.glob(_FRAME + "*"), key=lambda folder: -folder.stat().st_mtime_ns)
     used = used_folders() if len(folders) > keep else set()
     for folder in folders[keep:]:
-        if folder.resolve() not in used:
+        if folder.resolve() not in used and not _may_be_shown_by_others(folder):
             shutil.rmtree(folder, ignore_errors=True)
 
 
@@ -140,12 +207,17 @@ def _is_bake(name: str) -> bool:
     return bool(re.fullmatch(r"\d+(-[0-9a-f]+)?", name)) or name.startswith((_FRAME, PART))
 
 
-def clear(tree: bpy.types.NodeTree, busy: AbstractSet[Path] = frozenset()) -> int:
-    """Removes bakes that are no longer in use, except for busy folders. Returns the number of removed bakes."""
-    base, used, removed = root(tree), used_folders() | {folder.resolve() for folder in busy}, 0
+def clear(tree: bpy.types.NodeTree, busy: AbstractSet[Path] = frozenset()) -> Tuple[int, int]:
+    """Removes bakes that are no longer in use, except for busy folders and those that another .blend may show. Returns the
+    numbers of bakes that were removed, and kept for others."""
+    base, used = root(tree), used_folders() | {folder.resolve() for folder in busy}
+    removed = kept = 0
     for folder in sorted(base.iterdir()) if base.is_dir() else []:
-        if folder.is_dir() and _is_bake(folder.name) and folder.resolve() not in used:
+        if not folder.is_dir() or not _is_bake(folder.name) or folder.resolve() in used:
+            continue
+        if _may_be_shown_by_others(folder):
+            kept += 1
+        else:
             shutil.rmtree(folder)
             removed += 1
-    return removed
-
+    return removed, kept

@@ -45,6 +45,7 @@ class FrameJob(Job):
         super().__init__(plan, base, _sessions)
         self.scene = scene.name
         self.frame = scene.frame_current
+        self._blend = bpy.data.filepath
 
     def make(self) -> None:
         """Writes the result files unless they exist."""
@@ -54,7 +55,7 @@ class FrameJob(Job):
             self.folder = folder
             super(FrameJob, self).make()
 
-        self.folder = cache.make_once(base, digest(self.plan), fill)
+        self.folder = cache.make_once(base, digest(self.plan), fill, self._blend)
 
 
 def digest(plan: Plan) -> str:

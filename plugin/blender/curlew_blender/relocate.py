@@ -30,6 +30,7 @@ def _move() -> None:
         if moves and not target.exists():
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.move(str(folder), str(target))
+            cache.note(target, bpy.data.filepath)
 
 
 def _is_moving(path: Path) -> bool:
@@ -55,8 +56,9 @@ def before_save(*_: object) -> None:
 
 
 @bpy.app.handlers.persistent
-def after_save(*_: object) -> None:
-    """Moves the bakes of a file that had not been saved before, and makes paths relative again."""
+def after_save(*given: object) -> None:
+    """Moves the bakes of a file that had not been saved before, makes paths relative again, and notes which bakes the file
+    shows. Newer Blenders give the path that was saved, which may be that of a copy."""
     if bpy.data.filepath:
         _move()
     else:  # a copy was saved, or saving has failed
@@ -65,11 +67,16 @@ def after_save(*_: object) -> None:
                 volume.filepath = str(cache.absolute(volume.filepath))
     for obj in cache.shown_by():
         obj["curlew_cache"] = cache.stored(cache.absolute(obj["curlew_cache"]))
+    if bpy.data.filepath:
+        saved = given[0] if given else None
+        cache.note_saved(saved if isinstance(saved, str) and saved else bpy.data.filepath)
 
 
 @bpy.app.handlers.persistent
 def after_load(*_: object) -> None:
-    """Leaves the bakes of a file that was open before, and never saved, where they are."""
+    """Leaves the bakes of a file that was open before, and never saved, where they are. Notes which bakes the file shows, as
+    it may be a copy, or the file of an earlier release."""
+    cache.note_shown()
     used = cache.used_folders()
     _of_others.clear()
     _of_others.update(folder for folder in cache.temporary().glob("*/*") if folder.resolve() not in used)
