@@ -128,6 +128,25 @@ class Saving(Case):
             self.check()
         self.assertEqual(len(list((place / "curlew_cache" / "rising").iterdir())), 2)
 
+    def test_a_project_folder_whose_name_looks_like_a_frame(self):
+        for name in ("shot_####", "100%d $# {1+1} $F"):
+            support.empty()
+            self.scene = bpy.context.scene
+            self.scene.frame_start, self.scene.frame_end = 1, 4
+            place = folder(name)
+            bpy.ops.wm.save_as_mainfile(filepath=str(place / "a.blend"))
+            build = rising()
+            (place / "seeds.0001.csv").write_text("x,y,z\n0,0,0\n0.5,0,0\n")
+            read = build.add("read", words="//seeds.%04d.csv", when="once")
+            build.add("CurlewParticlesResult", (read, "Points"))
+            build.add("write", build.tree.nodes["Advect"], words="//dust.$F.csv")
+            self.bake.bake(build.tree)
+            self.check()
+            self.assertEqual(sorted(path.name for path in place.glob("*.csv")), [*(f"dust.{k}.csv" for k in range(1, 5)), "seeds.0001.csv"])
+            support.addon("scene_io").export(build.tree, place / "a##{.txt", self.scene)
+            self.assertEqual(support.run_command("a$#$#{{.txt", place).returncode, 0)
+            self.assertTrue((place / "a##{_Volume_Result.0003.vdb").exists())
+
     def clear(self):
         """Returns the number of bakes that Remove Old Bakes removes."""
         return support.addon("cache").clear(bpy.data.node_groups["rising"])[0]

@@ -15,6 +15,7 @@ from . import cache, keyframes, library, outdated, results, writing
 from . import tree as trees
 from .actions import TreeError
 from .sources import ObjectArrays, sample
+from .texts import plain
 from .tree import Collected, Graph
 
 _HERE = "@"  # placeholder for the folder of a bake
@@ -58,7 +59,7 @@ class Plan:
 
     def graph_in(self, folder: Path) -> Graph:
         """Returns the graph with its volumes written to this folder."""
-        place = trees.plain(str(folder))
+        place = plain(str(folder))
         return {**self.graph, "nodes": [
             {**node, "words": [self.volumes[node["name"]].replace(_HERE, place, 1)]} if node["name"] in self.volumes else node
             for node in self.graph["nodes"]]}

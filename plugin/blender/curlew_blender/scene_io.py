@@ -15,6 +15,7 @@ from .actions import NO_NODE, Socket, TreeError
 from .bake import active_tree
 from .job import finished, planned
 from .layout import placed
+from .texts import plain
 from .tree import Graph, graph_node
 
 Entry = Dict[str, Any]  # a node of a graph
@@ -128,7 +129,7 @@ def export(tree: bpy.types.NodeTree, path: Path, scene: bpy.types.Scene) -> None
     """Writes a tree as a scene with its meshes in the same folder, so that `curlew -config` in that folder makes the
     same files. Results are also written there. Raises TreeError or OSError on failure."""
     trees.clear_errors(tree)
-    stem, frame = path.stem, ".$F4" if trees.is_sequence(tree) else ""
+    stem, frame = plain(path.stem), ".$F4" if trees.is_sequence(tree) else ""
     try:
         collected = trees.collect(tree, lambda key, name: f"{stem}_{name}{frame}.vdb")
         plan = finished(planned(tree, scene, collected))
@@ -146,12 +147,12 @@ def export(tree: bpy.types.NodeTree, path: Path, scene: bpy.types.Scene) -> None
     except TreeError as error:
         trees.show_error(tree, error)
         raise
-    files = [trees.plain(str(path.parent / f"{stem}_{name}")) for name in plan.meshes]
+    files = [plain(str(path.parent / f"{path.stem}_{name}")) for name in plan.meshes]
     copies = [[graph_node(name, "read", [name], {}, {}), graph_node(file, "write", [file], {}, {"what": [name]})]
               for name, file in zip(plan.meshes, files)]
     with library.said_of_nodes(), library.Sessions().of("", plan.meshes) as session:
         session.run_graph({"nodes": sum(copies, [])})
-    path.write_text(f"# {tree.name}\n# Run it in its folder: curlew -config {shlex.quote(path.name)}\n\n{text}")
+    path.write_text(f"# {tree.name}\n# Run it in its folder: curlew -config {shlex.quote(plain(path.name))}\n\n{text}")
 
 
 class CURLEW_OT_export_scene(bpy.types.Operator, ExportHelper):

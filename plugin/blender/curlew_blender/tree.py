@@ -14,6 +14,7 @@ import bpy
 from . import cache, former, library, nodes
 from .actions import TreeError, fitting_text, number_text, split_words
 from .sources import CurveSource, MeshSource, Place, has_edges, may_change, members
+from .texts import plain
 from .values import Arrow
 
 _DEEPEST = 32  # maximum nesting depth of groups
@@ -70,11 +71,6 @@ def graph_node(key: str, action: str, words: Sequence[str], options: Mapping[str
                inputs: Mapping[str, Sequence[str]]) -> Dict[str, Any]:
     """Returns a node in the library's format; links are "KEY" or "KEY.OUTPUT"."""
     return {"name": key, "action": action, "words": words, "options": dict(options), "inputs": inputs}
-
-
-def plain(text: str) -> str:
-    """Escapes a word, so that it contains no expressions."""
-    return text.replace("{", "{{").replace("$", "$$")
 
 
 def collect(tree: bpy.types.NodeTree, namer: Optional[FileNamer] = None,
@@ -311,7 +307,7 @@ class _Collector:
             words = split_words(node.words)
         except ValueError as error:
             raise TreeError(key, str(error)) from None
-        return [bpy.path.abspath(word) if word.startswith("//") else word for word in words]
+        return [plain(bpy.path.abspath("//")) + word[2:] if word.startswith("//") else word for word in words]
 
     def _mesh_object(self, level: _Level, key: str, node: bpy.types.Node) -> None:
         obj, collection = (self._chosen(level, node, name) for name in ("object", "collection"))

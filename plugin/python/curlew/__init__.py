@@ -22,7 +22,7 @@ what has changed since the previous run. `curlew -help` and registry() list the 
 is first needed; see find_library().
 """
 
-from ._library import Cancelled, Error, find_library
+from ._library import Cancelled, Error, escaped, find_library
 from ._objects import Curves, Field, Flow, Grid, Image, Leaf, Mesh, Points
 from ._session import Session
 from ._shortcuts import Program, advect, read_isolated, registry, translate, velocity_grid, version
@@ -41,6 +41,7 @@ __all__ = [
     "Program",
     "Session",
     "advect",
+    "escaped",
     "find_library",
     "read_isolated",
     "registry",

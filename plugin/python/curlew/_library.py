@@ -5,6 +5,7 @@ import ctypes
 import json
 import os
 import platform
+import re
 from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_int32, c_int64, c_void_p
 from pathlib import Path
 from typing import Any, List, Optional
@@ -207,6 +208,11 @@ def plain(text: str, what: str) -> bytes:
     if b"\0" in encoded:
         raise Error(f"{what} must not contain the character NUL")
     return encoded
+
+
+def escaped(text: str) -> str:
+    """Escapes a text for a program, so that it contains no expressions: {, $F, #### and %04d stay as they are."""
+    return re.sub(r"([{$#%])", lambda found: "{{" if found[1] == "{" else "$" + found[1], text)
 
 
 def graph_text(graph: Any) -> str:

@@ -130,7 +130,7 @@ def velocity_grid(
     """Samples the newest flow of a program on a sparse grid, and writes the grid to a .vdb file atomically.
 
     Args:
-        path: the path of the file.
+        path: the path of the file, in which {, $, # and % have no special meaning.
         program: the program that makes the flow.
         meshes: (points, faces) by name, for `read NAME` in the program.
         options: those of the action `velocity`: voxel=0.02 or dim=128, staggered=True, name="velocity", …
@@ -140,7 +140,7 @@ def velocity_grid(
     with Session() as session:
         for name, (points, faces) in (meshes or {}).items():
             session.provide_mesh(name, points, faces)
-        file = str(path).replace("{", "{{").replace("$", "$$")
+        file = lib.escaped(str(path))
         quote = "'" if "'" not in file else '"'
         text = f"{_text_of(program)}velocity{_options(options)}\nwrite grid=0 {quote}{file}{quote}\n"
         session.run(text, getattr(program, "name", "scene"), progress)

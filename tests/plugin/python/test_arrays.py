@@ -264,6 +264,24 @@ def test_velocity_grid_in_one_call(tmp_path):
     assert curlew.velocity_grid(tmp_path / "m.vdb", text, {"m": (points, faces)}, dim=16)["active_voxels"] > 0
 
 
+@pytest.mark.parametrize("name", ["v_%04d_##.vdb", "#.vdb", "100%d $# {{}} $F4 #$%%.vdb"])
+def test_a_path_is_taken_literally(tmp_path, name):
+    curlew.velocity_grid(tmp_path / name, FLOW, dim=8)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+def test_an_escaped_text_has_no_expressions(session, tmp_path):
+    name = "{1+1}{{$F$$####%d%04d%%"
+    folder = tmp_path / name
+    folder.mkdir()
+    session.run_graph({"nodes": [
+        {"name": "ball", "action": "sphere"},
+        {"name": "points", "action": "scatter", "options": {"count": 5}, "inputs": {"domain": ["ball"]}},
+        {"name": "write", "action": "write", "words": [curlew.escaped(str(folder)) + "/$F4.csv"], "inputs": {"what": ["points"]}},
+    ], "frames": {"words": ["1-2"]}})
+    assert sorted(path.name for path in folder.iterdir()) == ["0001.csv", "0002.csv"]
+
+
 def ripples(x):
     """A field and its gradients."""
     return np.sin(3 * x[:, 0]) * x[:, 1], np.stack([3 * np.cos(3 * x[:, 0]) * x[:, 1], np.sin(3 * x[:, 0]), 0 * x[:, 2]], 1)
