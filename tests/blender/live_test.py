@@ -278,6 +278,58 @@ class Frames(Live):
         self.bake.bake(build.tree)
         self.assertEqual(contents(shown(build.tree.nodes["Particles Result"])), moving)
 
+    def numbered(self, *names, frames=(1, 2, 3)):
+        """Writes one point for each frame, at its number, with these patterns as names."""
+        for name in names:
+            for frame in frames:
+                (support.WORK / name.format(frame)).write_text(f"x,y,z\n{frame},0,0\n")
+
+    def test_a_still_reads_the_files_of_its_frame(self):
+        self.numbered("still.{:04d}.csv")
+        build = Tree()
+        read = build.add("read")
+        result = build.add("CurlewParticlesResult", (read, "Points"))
+        self.scene.frame_set(3)
+        for pattern in ("$F4", "####", "%04d", "%4d"):
+            read.words = str(support.WORK / f"still.{pattern}.csv")
+            self.bake.bake(build.tree)
+            self.assertEqual(result.target.data.vertices[0].co.x, 3, pattern)
+        # What looks like the frame at first sight does not make a still depend on it.
+        plan_of = support.addon("job").plan_of
+        for name in ("100%.0001.csv", "$#$#$#$#.csv", "$%04d.csv", "{{F}.csv", "a#b.csv"):
+            read.words = f"'{support.WORK / name}'"
+            self.assertNotIn("moment", plan_of(build.tree, self.scene).graph, name)
+
+    def test_a_still_shows_the_pose_of_its_frame(self):
+        walker = support.SOURCE / "scenes/walker.glb"
+        build = Tree()
+        read = build.add("read", words=str(walker), clip="walk")
+        result = build.add("CurlewMeshResult", (read, "Meshes"))
+        plan_of = support.addon("job").plan_of
+
+        def pose(frame):
+            self.scene.frame_set(frame)
+            self.bake.bake(build.tree)
+            vertices = result.target.data.vertices
+            found = np.empty(3 * len(vertices), np.float32)
+            vertices.foreach_get("co", found)
+            return found
+
+        first, later = pose(1), pose(8)
+        self.assertGreater(np.abs(first - later).max(), 0.1)
+        np.testing.assert_array_equal(pose(-5), first)
+        read.set_option("time", str(7 / 24))
+        np.testing.assert_allclose(pose(1), later, atol=1e-5)
+        read.reset_option("time")
+        read.set_option("clip", "none")
+        self.assertNotIn("moment", plan_of(build.tree, self.scene).graph)
+        # A model without animation.
+        still = support.WORK / "still.gltf"
+        still.write_text('{"asset": {"version": "2.0"}}')
+        read.reset_option("clip")
+        read.words = str(still)
+        self.assertNotIn("moment", plan_of(build.tree, self.scene).graph)
+
     def test_only_what_changes_is_evaluated(self):
         """A tree's session continues from its last run."""
         build = growing()

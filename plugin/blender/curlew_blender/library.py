@@ -3,6 +3,7 @@
 
 import importlib
 import importlib.util
+import json
 import re
 import sys
 import threading
@@ -63,6 +64,15 @@ def actions() -> Dict[str, Action]:
         _actions.update(actions_of(curlew().registry()))
         _files.update((file, _about(file)) for file in (_HERE / "__init__.py", Path(curlew().find_library())))
     return _actions
+
+
+def changes(node: Mapping[str, Any]) -> bool:
+    """Returns whether a node of a graph that has no inputs changes with time. False if it is invalid, which a run tells."""
+    graph = {"nodes": [node], "frames": {"words": ["1-2"]}}
+    try:
+        return any(each["when"] == "frame" for each in json.loads(curlew().translate(graph, "json"))["nodes"])
+    except curlew().Error:
+        return False
 
 
 def text_of(error: Exception) -> str:

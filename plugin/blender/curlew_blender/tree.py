@@ -14,10 +14,11 @@ import bpy
 from . import cache, former, library, nodes
 from .actions import TreeError, fitting_text, number_text, split_words
 from .sources import CurveSource, MeshSource, Place, has_edges, may_change, members
-from .texts import plain
+from .texts import plain, varies
 from .values import Arrow
 
 _DEEPEST = 32  # maximum nesting depth of groups
+_MODEL = re.compile(r"\.(gltf|glb|fbx|dae)(\.gz)?$", re.IGNORECASE)  # files that may have an animation
 
 # Returns the file for a volume result, given the key and the label of its node.
 FileNamer = Callable[[str, str], str]
@@ -47,10 +48,12 @@ class Collected:
         graph: Graph = {"curlew": 1, "nodes": list(self.graph.values())}
         if frames:
             graph["frames"] = frames
-        elif any(set("{$") & set(text) for node in self.graph.values() for text in _texts(node)):
-            fps = _fps(scene)
-            graph["moment"] = {"frame": scene.frame_current, "fps": fps,
-                               "time": (scene.frame_current - scene.frame_start) / fps}
+        else:
+            graph["nodes"] = [_in_pose(node) for node in graph["nodes"]]
+            if any(varies(text) for node in graph["nodes"] for text in _texts(node)):
+                fps = _fps(scene)
+                graph["moment"] = {"frame": scene.frame_current, "fps": fps,
+                                   "time": (scene.frame_current - scene.frame_start) / fps}
         for key, (kind, link) in self.wanted.items():
             if link is None:
                 raise TreeError(key, f"nothing is connected: it needs {kind}")
@@ -65,6 +68,14 @@ def _texts(node: Mapping[str, Any]) -> Iterator[str]:
     yield from node["words"]
     yield from node["options"].values()
     yield from library.actions()[node["action"]].implied(node["options"]).values()
+
+
+def _in_pose(node: Dict[str, Any]) -> Dict[str, Any]:
+    """Returns a node for a still. One that reads a model with an animation does so at the time of the moment, as it does by
+    itself in a sequence."""
+    if node["action"] != "read" or "time" in node["options"] or not any(_MODEL.search(word) for word in node["words"]):
+        return node
+    return {**node, "options": {**node["options"], "time": "{max(T,0)}"}} if library.changes(node) else node
 
 
 def graph_node(key: str, action: str, words: Sequence[str], options: Mapping[str, str],
