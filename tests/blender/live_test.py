@@ -460,6 +460,32 @@ class Frames(Live):
         there.add(shown(build.points))
         self.assertEqual(len(there), 3)
 
+    def test_files_that_are_written_again_are_read_again(self):
+        """Names that the digest of a bake has to expand: with the frame, with escapes, with an expression."""
+        for pattern in ("again.$F4.csv", "again.####.csv", "again.%04d.csv", "again.000{F}.csv", "{{$$$#$%.csv", "//again.$F4.csv"):
+            support.empty()
+            self.scene = bpy.context.scene
+            bpy.ops.wm.save_as_mainfile(filepath=str(support.WORK / "again.blend"))
+            self.numbered("again.{:04d}.csv")
+            (support.WORK / "{$#%.csv").write_text("x,y,z\n3,0,0\n")
+            build = Tree()
+            read = build.add("read", words=f"'{pattern if pattern.startswith('//') else support.WORK / pattern}'")
+            result = build.add("CurlewParticlesResult", (read, "Points"))
+            build.tree.bake_on_frame = True
+            x = []
+            for change in (False, True):
+                if change:
+                    for name in ("again.0003.csv", "{$#%.csv"):
+                        (support.WORK / name).write_text("x,y,z\n3,0,0\n9,0,0\n")
+                self.scene.frame_set(3)
+                x.append([v.co.x for v in result.target.data.vertices])
+            self.assertEqual(x, [[3], [3, 9]], pattern)
+        # A file of another frame does not matter.
+        before = shown(result)
+        (support.WORK / "again.0002.csv").write_text("x,y,z\n7,0,0\n")
+        self.scene.frame_set(3)
+        self.assertEqual(shown(result), before)
+
     def test_no_part_of_a_bake_is_left(self):
         build, _ = self.begin_long()
         self.assertEqual([name[:5] for name in self.folders(build.tree)], ["part_"])

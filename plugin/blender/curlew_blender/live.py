@@ -21,7 +21,7 @@ from typing import Any, Dict, List, Optional
 
 import bpy
 
-from . import bake, cache, handlers, keyframes, library, nodes
+from . import bake, cache, handlers, keyframes, library, nodes, texts
 from . import tree as trees
 from .actions import TreeError
 from .job import Job, Plan, plan_of
@@ -61,14 +61,15 @@ class FrameJob(Job):
 def digest(plan: Plan) -> str:
     """Returns a digest of everything that a bake depends on: the graph, the meshes, and the files that it reads."""
     result = hashlib.blake2b(digest_size=16)
+    frame = plan.graph.get("moment", {"frame": 1})["frame"]
     result.update(f"{library.curlew().version()}\n{json.dumps(plan.graph)}".encode())
     for name, mesh in sorted(plan.meshes.items()):
         for array in mesh.all():
             result.update(f"{name} {array.shape}".encode())
             result.update(array)
     for node in plan.graph["nodes"]:
-        for path in (*node["words"], *node["options"].values()) if node["action"] != "write" else ():
-            if os.path.isfile(path):
+        for text in (*node["words"], *node["options"].values()) if node["action"] != "write" else ():
+            for path in filter(os.path.isfile, texts.files(text, frame)):
                 about = os.stat(path)
                 result.update(f"{path} {about.st_size} {about.st_mtime_ns}".encode())
     return result.hexdigest()

@@ -3,6 +3,7 @@
 add-on must know before."""
 
 import glob
+import os
 import re
 from typing import List, Union
 
@@ -24,7 +25,8 @@ def varies(text: str) -> bool:
 
 
 def files(text: str, frame: int) -> List[str]:
-    """Returns the paths of the files that a word may name in a frame. An expression in braces stands for any characters."""
+    """Returns the paths that a text may name in a frame. In an absolute path, an expression in braces stands for any characters
+    of the names of existing files."""
     path, pattern, exact = "", "", True
     for part in _groups(text):
         if isinstance(part, str):
@@ -38,7 +40,7 @@ def files(text: str, frame: int) -> List[str]:
             pattern, exact = pattern + "*", False
             continue
         path, pattern = path + now, pattern + glob.escape(now)
-    return [path] if exact else sorted(glob.glob(pattern))
+    return [path] if exact else sorted(glob.glob(pattern)) if os.path.isabs(pattern) else []
 
 
 def _groups(text: str) -> List[Union[str, "re.Match[str]"]]:
