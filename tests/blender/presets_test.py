@@ -104,6 +104,29 @@ class Presets(unittest.TestCase):
         bpy.ops.curlew.quick(preset="SWIRL")
         self.assertEqual(len(made()), 2)
 
+    def test_each_object_has_its_own_tree_whatever_its_name(self):
+        for preset in ("WIND", "SHOT"):
+            support.empty()
+            hero = support.monkey(closed=False)
+            bpy.ops.curlew.quick(preset=preset, bake=False)
+            first = self.presets.made_before(preset, hero)
+            hero.name = "Hero"
+            other = support.monkey(closed=False)
+            self.assertEqual(other.name, "Suzanne")
+            bpy.ops.curlew.quick(preset=preset, bake=False)
+            self.assertEqual(self.presets.made_before(preset, hero), first)
+            second = self.presets.made_before(preset, other)
+            self.assertIsNotNone(second)
+            self.assertNotEqual(second, first)
+            # Pressed for the renamed object, it finds the tree again.
+            trees = len(bpy.data.node_groups)
+            bpy.context.view_layer.objects.active = hero
+            bpy.ops.curlew.quick(preset=preset, bake=False)
+            self.assertEqual(len(bpy.data.node_groups), trees)
+            # A tree whose object was deleted belongs to no object.
+            bpy.data.objects.remove(hero)
+            self.assertIsNone(self.presets.made_before(preset, None))
+
     def test_a_plane_and_a_curve(self):
         """A plane becomes a thin sheet. A curve without faces is refused, and leaves nothing behind."""
         bpy.ops.mesh.primitive_plane_add()

@@ -7,11 +7,11 @@ from typing import Dict, Optional, Set, Tuple
 import bpy
 import numpy as np
 
-from . import bake, library, nodes, scene_io, shots
+from . import bake, library, nodes, scene_io, shots, values
 from .actions import TreeError, number_text
 from .sources import MeshArrays, MeshSource, is_mesh, mesh_arrays
 
-_KEY, _FOR = "curlew_preset", "curlew_preset_for"  # custom properties of a preset's tree
+_KEY = "curlew_preset"  # custom property of a preset's tree
 _SHORTEST, _LONGEST = 48, 150  # frames of a loop, if the scene's frames are a multiple of such a number
 
 
@@ -252,7 +252,7 @@ def make(name: str, obj: Optional[bpy.types.Object], scene: Optional[bpy.types.S
     if not preset.text:
         tree, result = shots.example(title, obj, size, scene)
         result.thickness, result.look = preset.thickness * size, preset.look
-        return _finished(tree, name, obj, fps)
+        return _finished(tree, name, fps)
     text = _scaled(preset.text, size).replace("LOOP", number_text(loop_frames(scene) / fps))
     tree = scene_io.tree_of(text, title, replace)
     for node in list(tree.nodes):
@@ -263,23 +263,30 @@ def make(name: str, obj: Optional[bpy.types.Object], scene: Optional[bpy.types.S
                 node.words = f"{scene.frame_start}-{scene.frame_start + loop_frames(scene) - 1}"
             else:
                 tree.nodes.remove(node)  # the scene's frames
-    return _finished(tree, name, obj, fps)
+    return _finished(tree, name, fps)
 
 
-def _finished(tree: bpy.types.NodeTree, name: str, obj: Optional[bpy.types.Object], fps: float) -> bpy.types.NodeTree:
+def _finished(tree: bpy.types.NodeTree, name: str, fps: float) -> bpy.types.NodeTree:
     """Sets what all presets have."""
     preset = PRESETS[name]
     tree.use_fake_user = True
     tree.sequence, tree.repeat, tree.run_up = preset.moves(), preset.loops(), round(preset.seconds * fps)
-    tree[_KEY], tree[_FOR] = name, obj.name if preset.needs_mesh and obj else ""
+    tree[_KEY] = name
     return tree
+
+
+def _object_of(tree: bpy.types.NodeTree) -> Optional[bpy.types.Object]:
+    """Returns the object of a preset's tree, which its first node with an object reads."""
+    kinds = (nodes.CurlewMeshObject.bl_idname, values.CurlewObject.bl_idname)
+    return next((node.object for node in tree.nodes if node.bl_idname in kinds), None)
 
 
 def made_before(name: str, obj: Optional[bpy.types.Object]) -> Optional[bpy.types.NodeTree]:
     """Returns the tree that the button has made for this object."""
-    about = (name, obj.name if PRESETS[name].needs_mesh and obj else "")
-    return next((tree for tree in bpy.data.node_groups
-                 if tree.bl_idname == nodes.TREE and (tree.get(_KEY), tree.get(_FOR)) == about), None)
+    if PRESETS[name].needs_mesh and obj is None:
+        return None
+    return next((tree for tree in bpy.data.node_groups if tree.bl_idname == nodes.TREE and tree.get(_KEY) == name
+                 and (not PRESETS[name].needs_mesh or _object_of(tree) == obj)), None)
 
 
 class CURLEW_OT_quick(bpy.types.Operator):
