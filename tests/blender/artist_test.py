@@ -537,6 +537,30 @@ class Links(Case):
         for file in before.folder.glob("*.npz"):
             self.assertEqual(file.read_bytes(), (after.folder / file.name).read_bytes())
 
+    def test_groups_and_arrows_become_a_group(self):
+        """A group with inputs keeps their values, and an Arrow without a link its object."""
+        inner = Tree("inner")
+        for kind, name in (("NodeSocketFloat", "Size"), ("NodeSocketObject", "Where"), ("CurlewFieldSocket", "f")):
+            support.interface_socket(inner.tree, "INPUT", kind, name)
+        build = Tree("outer")
+        group = build.add("CurlewGroup", node_tree=inner.tree)
+        group.renew_sockets()
+        empty = bpy.data.objects.new("empty", None)
+        group.inputs["Size"].default_value, group.inputs["Where"].default_value = 7, empty
+        build.tree.links.new(build.add("noise").outputs[0], group.inputs["f"])
+        arrow = build.add("CurlewArrow")
+        arrow.inputs[0].default_value = empty
+        uniform = build.add("uniform")
+        build.tree.links.new(arrow.outputs[0], uniform.add_value("o_velocity"))
+        before = len(bpy.data.node_groups)
+        made = support.addon("groups").group_of(build.tree, [group, arrow])
+        self.assertEqual(len(bpy.data.node_groups), before + 1)
+        copy = made.node_tree.nodes["Group"]
+        self.assertEqual((copy.inputs["Size"].default_value, copy.inputs["Where"].default_value), (7, empty))
+        self.assertEqual(copy.inputs["f"].links[0].from_node.bl_idname, "NodeGroupInput")
+        self.assertEqual(made.node_tree.nodes["Arrow"].inputs[0].default_value, empty)
+        self.assertEqual(uniform.value_sockets()["o_velocity"].links[0].from_node, made)
+
     def test_labels(self):
         noise = Tree().add("noise")
         names = {name: noise.bl_rna.properties["o_" + name].name for name in ("translate", "gain", "frequency", "octaves")}

@@ -23,10 +23,14 @@ def _copy(node: bpy.types.Node, tree: bpy.types.NodeTree) -> bpy.types.Node:
     if node.bl_idname == nodes.CurlewGroup.bl_idname:
         copy.node_tree = node.node_tree
         copy.renew_sockets()
+    elif hasattr(node, "takes"):
+        for name in node.value_sockets():
+            copy.add_value(name)
     for key in node.keys():
         copy[key] = node[key]
-    for name, socket in node.value_sockets().items() if hasattr(node, "takes") else ():
-        copy.add_value(name).default_value = socket.default_value
+    for mine, socket in zip(copy.inputs, node.inputs):
+        if hasattr(socket, "default_value"):
+            mine.default_value = socket.default_value
     for name in _SHARED:
         setattr(copy, name, getattr(node, name))
     copy.name = node.name
