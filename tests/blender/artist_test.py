@@ -2,10 +2,13 @@
 """What an artist does besides pressing Bake: save, save elsewhere, undo, animate, link outputs that are off."""
 # Longer than 400 lines in time, because each Blender process takes seconds to start.
 
+import functools
 import shutil
 import sys
+import time
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import bpy
 import numpy as np
@@ -428,6 +431,104 @@ class Animation(Case):
         self.assertEqual(self.scene.frame_current, 3)
 
 
+class Pressed(Case):
+    """What happens while a bake runs that a button has started. These tests stand in for the window and its timer."""
+
+    def press(self, tree):
+        """Starts the bake of a tree. Returns its operator."""
+        operator = mock.Mock(tree=tree.name, spec=["tree", "report", "_timer"])
+        kind = self.bake.CURLEW_OT_bake
+        operator._stop, operator._end = (functools.partial(getattr(kind, name), operator) for name in ("_stop", "_end"))
+        self.bake.running[tree.name] = self.bake.Run(tree, self.scene)
+        return operator
+
+    def tick(self, operator, kind="TIMER"):
+        context = mock.Mock(scene=bpy.context.scene, workspace=None, screen=None)
+        return self.bake.CURLEW_OT_bake.modal(operator, context, mock.Mock(type=kind))
+
+    def finish(self, operator):
+        """Returns the result, and what was reported."""
+        began, result = time.monotonic(), {"PASS_THROUGH"}
+        while result == {"PASS_THROUGH"}:
+            self.assertLess(time.monotonic() - began, 60)
+            result = self.tick(operator)
+            time.sleep(0.002)
+        self.assertEqual(self.bake.running, {})
+        return result, operator.report.call_args
+
+    def sampled(self):
+        """Builds a tree that samples an object in each of many frames."""
+        self.scene.frame_end = 500
+        build = rising()
+        obj = support.monkey(closed=False)
+        build.add("CurlewMeshResult", build.add("CurlewMeshObject", object=obj, motion="ON"))
+        self.addCleanup(setattr, self.bake, "_STEP", self.bake._STEP)
+        self.bake._STEP = 0
+        operator = self.press(build.tree)
+        self.tick(operator)
+        self.assertIsNone(self.bake.running["rising"].job)
+        return build, obj, operator
+
+    def test_an_object_is_deleted_while_it_is_sampled(self):
+        build, obj, operator = self.sampled()
+        bpy.data.objects.remove(obj)
+        result, report = self.finish(operator)
+        self.assertEqual((result, report[0][0]), ({"CANCELLED"}, {"ERROR"}))
+        self.assertIn("removed during the bake", report[0][1])
+        self.assertIn("removed during the bake", build.tree.message)
+
+    def test_the_scene_is_deleted_while_it_is_sampled(self):
+        _, _, operator = self.sampled()
+        bpy.context.window.scene = bpy.data.scenes.new("other")
+        bpy.data.scenes.remove(self.scene)
+        self.assertEqual(self.finish(operator)[0], {"CANCELLED"})
+
+    def test_an_error_of_any_kind_ends_the_bake(self):
+        _, _, operator = self.sampled()
+        with mock.patch.object(self.bake.Run, "advance", side_effect=ValueError("unheard of")):
+            result, report = self.finish(operator)
+        self.assertEqual((result, report[0][1]), ({"CANCELLED"}, "unheard of"))
+
+    def test_the_tree_is_renamed(self):
+        build = rising()
+        operator = self.press(build.tree)
+        self.tick(operator)
+        build.tree.name = "falling"
+        rising()  # takes the former name
+        self.assertEqual(self.finish(operator)[0], {"FINISHED"})
+        self.assertIsNotNone(build.result.target)
+
+    def test_the_tree_is_removed(self):
+        build = rising()
+        operator = self.press(build.tree)
+        bpy.data.node_groups.remove(build.tree)
+        result, report = self.finish(operator)
+        self.assertEqual((result, report[0]), ({"CANCELLED"}, ({"WARNING"}, "the tree was removed during its bake")))
+
+    def test_another_scene_is_shown(self):
+        build = rising()
+        empty = bpy.data.objects.new("empty", None)
+        build.add("CurlewParticlesResult", build.add("scatter", build.add("sphere", place=empty), count=5))
+        self.scene.collection.objects.link(empty)
+        self.scene.frame_end = 50
+        for frame, z in ((1, 0), (50, 49)):
+            empty.location.z = z
+            empty.keyframe_insert("location", frame=frame)
+        operator = self.press(build.tree)
+        self.addCleanup(setattr, self.bake, "_STEP", self.bake._STEP)
+        self.bake._STEP = 0
+        self.tick(operator)
+        other = bpy.data.scenes.new("other")
+        self.scene.name = "renamed"
+        bpy.context.window.scene = other
+        run = self.bake.running["rising"]
+        self.assertEqual(self.finish(operator)[0], {"FINISHED"})
+        self.assertEqual(list(build.result.target.users_scene), [self.scene])
+        self.assertEqual(len(other.objects), 0)
+        (sphere,) = [node for node in run.job.plan.graph["nodes"] if node["action"] == "sphere"]
+        self.assertIn("49", sphere["options"]["translate"])
+
+
 class Outdated(Case):
     """Results that are older than the settings of their nodes."""
 
@@ -682,4 +783,4 @@ class Sources(Case):
             bpy.ops.curlew.bake(tree=build.tree.name)
 
 
-support.main(Sources, Saving, Undo, Missing, Frames, Animation, Outdated, Links)
+support.main(Sources, Saving, Undo, Missing, Frames, Animation, Pressed, Outdated, Links)

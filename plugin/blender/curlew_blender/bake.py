@@ -3,7 +3,8 @@
 progress."""
 
 import time
-from typing import Dict, Generator, Optional, Set, Tuple
+from contextlib import suppress
+from typing import Any, Dict, Generator, Optional, Set, Tuple
 
 import bpy
 
@@ -16,14 +17,34 @@ from .tree import nodes_of
 _STEP = 0.05  # seconds of a timer's step that samples objects
 
 
+class _Known:
+    """A tree or a scene that may be renamed, undone or removed meanwhile, so that no reference to it is kept."""
+
+    def __init__(self, block: bpy.types.ID) -> None:
+        self._address, self._name = block.as_pointer(), block.name
+
+    def among(self, blocks: Any) -> Optional[bpy.types.ID]:
+        """Returns it, or None if it no longer exists. Undo may have moved it, but keeps its name."""
+        return next((block for block in blocks if block.as_pointer() == self._address), None) or blocks.get(self._name)
+
+
 class Run:
     """A bake that a button has started: it samples the scene in its frames, then its job runs in a thread."""
 
     def __init__(self, tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> None:
+        self._tree, self._scene = _Known(tree), _Known(scene)
         self.job: Optional[Job] = None
         self.cancelled = False
         self._sampled = 0.0
         self._steps: Generator[float, None, Job] = preparation(tree, scene)
+
+    def tree(self) -> Optional[bpy.types.NodeTree]:
+        """Returns its tree, or None if that was removed."""
+        return self._tree.among(bpy.data.node_groups)
+
+    def scene(self) -> Optional[bpy.types.Scene]:
+        """Returns the scene in which it was started, or None if that was removed."""
+        return self._scene.among(bpy.data.scenes)
 
     def advance(self) -> bool:
         """Samples further frames, and starts the job after the last. Returns whether the bake still runs. Raises TreeError
@@ -39,6 +60,8 @@ class Run:
         except StopIteration as last:
             self.job = last.value
             self.job.start()
+        except ReferenceError:
+            raise TreeError("", "an object was removed during the bake") from None
         return not self.cancelled
 
     def progress(self) -> Tuple[str, float]:
@@ -48,7 +71,8 @@ class Run:
     def cancel(self) -> None:
         """Stops sampling or cancels the job."""
         self.cancelled = True
-        self._steps.close()  # back to the current frame
+        with suppress(ReferenceError):  # the scene may have been removed
+            self._steps.close()  # back to the current frame
         if self.job:
             self.job.cancelled = True
 
@@ -119,20 +143,27 @@ class CURLEW_OT_bake(bpy.types.Operator):
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> Set[str]:
         """Shows the progress."""
-        run, tree = running.get(self.tree), bpy.data.node_groups.get(self.tree)
+        run = running.get(self.tree)
         if run is None:  # another file was loaded
             return {"CANCELLED"}
-        if event.type == "ESC" or tree is None:
+        tree, scene = run.tree(), run.scene()
+        if tree and tree.name != self.tree and tree.name not in running:
+            del running[self.tree]
+            self.tree = tree.name
+            running[self.tree] = run
+        if event.type == "ESC" or tree is None or scene is None:
             run.cancel()
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         try:
             busy = run.advance()
-            if run.job and tree:
-                run.job.show_early(tree, context.scene)
-        except TreeError as error:
+            if run.job and tree and scene:
+                run.job.show_early(tree, scene)
+        except Exception as error:  # whatever it is, the timer must not stay
             run.cancel()
             self._stop(context)
+            if tree:
+                tree.message = str(error)
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         if busy:
@@ -141,7 +172,7 @@ class CURLEW_OT_bake(bpy.types.Operator):
             say(context, f"Curlew: {title} {100 * fraction:.0f} %  (Esc cancels)")
             return {"PASS_THROUGH"}
         self._stop(context)
-        return self._end(context, run, tree)
+        return self._end(run, tree, scene)
 
     def _stop(self, context: bpy.types.Context) -> None:
         context.window_manager.event_timer_remove(self._timer)
@@ -149,14 +180,15 @@ class CURLEW_OT_bake(bpy.types.Operator):
         say(context, None)
         del running[self.tree]
 
-    def _end(self, context: bpy.types.Context, run: Run, tree: Optional[bpy.types.NodeTree]) -> Set[str]:
-        if tree is None:
+    def _end(self, run: Run, tree: Optional[bpy.types.NodeTree], scene: Optional[bpy.types.Scene]) -> Set[str]:
+        if tree is None or scene is None:
+            self.report({"WARNING"}, f"the {'scene' if tree else 'tree'} was removed during its bake")
             return {"CANCELLED"}
         if run.job is None:
             tree.message = "cancelled"
             return {"CANCELLED"}
         try:
-            finish(tree, run.job, context.scene)
+            finish(tree, run.job, scene)
         except TreeError as error:
             self.report({"WARNING" if run.cancelled else "ERROR"}, str(tree.message or error))
             return {"CANCELLED"}

@@ -267,7 +267,7 @@ def plan_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optiona
 def planning_of(tree: bpy.types.NodeTree, scene: bpy.types.Scene, depsgraph: Optional[bpy.types.Depsgraph] = None,
                 only_results: bool = False, allow_writing: bool = False) -> Planning:
     """Makes the plan for the current state of a tree. `depsgraph`: the dependency graph to use for objects, if not
-    the context's. `only_results`: leave out nodes that write files of their own (Write, Report, …). `allow_writing`: let those
+    that of the scene. `only_results`: leave out nodes that write files of their own (Write, Report, …). `allow_writing`: let those
     write where writing.check() would refuse it. Raises TreeError if the tree is invalid."""
     names: Set[str] = set()
     ending = ".$F4.vdb" if trees.is_sequence(tree) else ".vdb"

@@ -243,6 +243,14 @@ def _in_frame(name: str, frame: int) -> str:
     return name.replace("$F4", f"{frame:04d}")
 
 
+def _depsgraph(scene: bpy.types.Scene) -> bpy.types.Depsgraph:
+    """Returns the evaluated dependency graph of a scene, which may not be the one in the window."""
+    if bpy.context.scene == scene:
+        return bpy.context.evaluated_depsgraph_get()
+    scene.view_layers[0].update()
+    return scene.view_layers[0].depsgraph
+
+
 _Pose = Tuple[Tuple[float, ...], Euler, Tuple[float, ...]]
 
 
@@ -252,7 +260,7 @@ def sample(scene: bpy.types.Scene, meshes: Mapping[str, MeshSource], places: Map
     """Samples the objects in each frame, or in the current one if `frames` is None. Yields the progress after each frame,
     and returns the samples. Leaves the scene in the current frame, also if it is closed early. The transforms of moving
     objects become expressions of FF that are linear between frames. `shift`: what to subtract from a frame to get that of
-    the scene. `depsgraph`: the dependency graph for the current frame; the context's if None. Raises TreeError if an object is invalid."""
+    the scene. `depsgraph`: the dependency graph for the current frame; that of the scene if None. Raises TreeError if an object is invalid."""
     result = Sampled()
     poses: Dict[Tuple[str, str], List[_Pose]] = {key: [] for key in places}
     moving = frames is not None and (any(m.animated for m in meshes.values()) or bool(places))
@@ -264,7 +272,7 @@ def sample(scene: bpy.types.Scene, meshes: Mapping[str, MeshSource], places: Map
         for k, frame in enumerate(seen):
             if moving:
                 scene.frame_set(frame - shift)
-            graph = depsgraph if depsgraph and not moving else bpy.context.evaluated_depsgraph_get()
+            graph = depsgraph if depsgraph and not moving else _depsgraph(scene)
             for name, mesh in meshes.items():
                 if mesh.animated or k == 0:
                     arrays = mesh.arrays(graph)
