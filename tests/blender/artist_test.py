@@ -2,6 +2,7 @@
 """What an artist does besides pressing Bake: save, save elsewhere, undo, animate, link outputs that are off."""
 # Longer than 400 lines in time, because each Blender process takes seconds to start.
 
+import errno
 import functools
 import shutil
 import sys
@@ -264,6 +265,15 @@ class Frames(Case):
             self.scene.frame_set(frame)
             data.grids.unload()
             self.assertTrue(data.grids.load(), frame)
+
+    def test_a_file_system_without_hard_links(self):
+        build = rising()
+        build.add("frames", words="1-7x3")
+        with mock.patch("os.link", side_effect=PermissionError(errno.EPERM, "Operation not permitted")):
+            job = self.bake.bake(build.tree)
+        files = [path.read_bytes() for path in sorted(job.folder.glob("*.vdb"))]
+        self.assertEqual(len(files), 7)
+        self.assertEqual((files[1], files[4]), (files[0], files[3]))
 
     def test_a_run_up(self):
         """The emitter has filled the air in the first frame, also if that is before the number of frames of the run-up."""

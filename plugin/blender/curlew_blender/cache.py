@@ -94,6 +94,14 @@ def load(path: Path) -> Dict[str, np.ndarray]:
         return {name: arrays[name] for name in arrays.files}
 
 
+def repeat(file: Path, name: Path) -> None:
+    """Gives a file a second name: a hard link, or a copy where there are none, as on exFAT and some network shares."""
+    try:
+        os.link(file, name)
+    except OSError:
+        shutil.copyfile(file, name)
+
+
 def load_grids(volume: bpy.types.Volume) -> bool:
     """Loads the file of a volume. Returns whether it could be read."""
     for _ in range(2):  # an error of the previous file stays until a file has been loaded

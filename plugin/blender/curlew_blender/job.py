@@ -2,7 +2,6 @@
 """A bake: converts a tree to a graph, lets the library evaluate it, and turns the results into objects."""
 
 import atexit
-import os
 import threading
 import time
 from dataclasses import dataclass, field
@@ -118,8 +117,8 @@ class Job:
             for frame in range(frames[0], frames[-1]):
                 before = frame - (frame - frames[0]) % (frames[1] - frames[0])
                 if before != frame:
-                    os.link(file.with_name(file.name.replace("$F4", f"{before:04d}")),
-                            file.with_name(file.name.replace("$F4", f"{frame:04d}")))
+                    cache.repeat(file.with_name(file.name.replace("$F4", f"{before:04d}")),
+                                 file.with_name(file.name.replace("$F4", f"{frame:04d}")))
 
     def start(self) -> None:
         """Starts run() in a new thread."""
