@@ -685,6 +685,34 @@ class Errors(Live):
     def test_also_from_threads(self):
         self.wrong(True)
 
+    def test_a_mesh_that_cannot_be_read_spoils_no_other(self):
+        """One whose vertices are not numbers, between others that move, come and go."""
+        balls = []
+        for x in (0, 3, 6):
+            bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8, radius=0.5, location=(x, 0, 0))
+            balls.append(bpy.context.active_object)
+        build = Tree("spoiled")
+        read = [build.add("CurlewMeshObject", object=ball) for ball in balls]
+        shown = [build.add("CurlewMeshResult", each) for each in read]
+        build.tree.bake_on_frame = True
+        self.scene.frame_set(1)
+        self.assertEqual(build.tree.message[:13], "frame 1 baked")
+        height = balls[1].data.vertices[0].co.z
+        # The first one moves, the second one breaks, the third one goes.
+        balls[0].location.y = 9
+        balls[1].data.vertices[0].co.z = float("nan")
+        read[2].mute = shown[2].mute = True
+        self.scene.frame_set(2)
+        self.assertIn("finite", build.tree.message)
+        balls[0].location.y = 0
+        balls[1].data.vertices[0].co.z = height
+        self.scene.frame_set(3)
+        self.assertEqual(build.tree.message[:13], "frame 3 baked")
+        self.assertLess(max(v.co.y for v in shown[0].target.data.vertices), 1)
+        read[2].mute = shown[2].mute = False
+        self.scene.frame_set(4)
+        self.assertEqual(build.tree.message[:13], "frame 4 baked")
+
     def test_a_cache_that_cannot_be_written(self):
         build = growing()
         build.tree.bake_on_frame = False

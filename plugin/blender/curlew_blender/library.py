@@ -118,10 +118,12 @@ class _Kept:
         self._meshes: Dict[str, ObjectArrays] = {}
 
     def provide(self, meshes: Mapping[str, ObjectArrays]) -> None:
-        """Provides meshes and curves that are new or have changed."""
+        """Provides meshes and curves that are new or have changed. If one is invalid, the session keeps the former one, and
+        those that come after it."""
         for name in self._meshes.keys() - meshes.keys():
             self.session.withdraw(name)
+            del self._meshes[name]
         for name, mesh in meshes.items():
             if name not in self._meshes or not mesh.same(self._meshes[name]):
                 mesh.provide(self.session, name)
-        self._meshes = dict(meshes)
+                self._meshes[name] = mesh
