@@ -185,6 +185,21 @@ class Saving(Case):
         bpy.ops.wm.open_mainfile(filepath=first)
         self.check()
 
+    def test_what_a_copy_of_the_file_shows_is_not_deleted(self):
+        """Older Blenders do not say where a copy was saved."""
+        place = folder("with_copy")
+        build = rising()
+        bpy.ops.wm.save_as_mainfile(filepath=str(place / "a.blend"))
+        self.bake.bake(build.tree)
+        bpy.ops.wm.save_mainfile()
+        bpy.ops.wm.save_as_mainfile(filepath=str(place / "copy.blend"), copy=True)
+        for _ in range(2):
+            self.bake.bake(build.tree)
+        bpy.ops.wm.save_mainfile()
+        self.assertEqual(self.clear(), 1)
+        bpy.ops.wm.open_mainfile(filepath=str(place / "copy.blend"))
+        self.check()
+
     def test_bakes_of_the_last_release_may_belong_to_any_file(self):
         place = folder("earlier")
         build = rising()

@@ -433,6 +433,15 @@ class Frames(Live):
         self.assertEqual(self.folders(build.tree), [])
 
     def test_what_is_in_the_cache_is_not_baked_again(self):
+        self.caches()
+
+    def test_the_same_beside_a_saved_file(self):
+        blend = support.WORK / "caches" / "a.blend"
+        blend.parent.mkdir(exist_ok=True)
+        bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+        self.caches()
+
+    def caches(self):
         build = growing()
         build.tree.keep_frames = 4
         times = {}

@@ -24,6 +24,7 @@ _NAME = "curlew_cache"
 FOLDER = "//" + _NAME
 _FRAME, PART = "frame_", "part_"  # prefixes of folders for bakes on frame change: finished, and in progress
 _USERS = "used_by.txt"  # lists the .blend files that may show a bake, relative to the folder of the bake
+COPY = "*"  # in that list: a copy of a .blend, whose path is not known
 
 
 def temporary() -> Path:
@@ -138,12 +139,12 @@ def _users(folder: Path) -> Optional[Set[str]]:
 
 def _from(folder: Path, blend: str) -> str:
     """Returns the path of a .blend relative to the folder of a bake, because both may move together."""
-    return os.path.relpath(os.path.realpath(blend), folder.resolve())
+    return COPY if blend == COPY else os.path.relpath(os.path.realpath(blend), folder.resolve())
 
 
 def note(folder: Path, blend: str, shows: bool = True) -> None:
-    """Notes in the folder of a bake that a saved .blend may show it, or no longer shows it. Raises OSError if the note
-    cannot be written."""
+    """Notes in the folder of a bake that a saved .blend, or a COPY, may show it, or no longer shows it. Raises OSError if the
+    note cannot be written."""
     if not blend or _is_in(folder, temporary()):
         return
     known = _users(folder)
@@ -155,17 +156,17 @@ def note(folder: Path, blend: str, shows: bool = True) -> None:
         part.replace(folder / _USERS)
 
 
-def note_shown() -> None:
-    """Notes in the folders of the bakes that the open .blend shows that it does."""
+def note_shown(blend: str) -> None:
+    """Notes in the folders of the bakes that the open .blend shows that it, or its COPY, does."""
     for folder in used_folders():
         if folder.parent.parent.name == _NAME and _is_bake(folder.name) and folder.is_dir():
             with suppress(OSError):  # a folder that cannot be written is not deleted either
-                note(folder, bpy.data.filepath)
+                note(folder, blend)
 
 
 def note_saved(blend: str) -> None:
     """Notes in the folders of all bakes near by whether the .blend that was saved shows them."""
-    note_shown()
+    note_shown(blend)
     used = used_folders()
     for base in {beside().resolve(), *(folder.parents[1] for folder in used if folder.parents[1].name == _NAME)}:
         for folder in {path.parent for path in base.glob(f"*/*/{_USERS}")}:
@@ -179,7 +180,7 @@ def _may_be_shown_by_others(folder: Path) -> bool:
         return False
     users = _users(folder)
     own = _from(folder, bpy.data.filepath) if bpy.data.filepath else ""
-    return users is None or any(user != own and (folder.resolve() / user).exists() for user in users)
+    return users is None or any(user == COPY or (user != own and (folder.resolve() / user).exists()) for user in users)
 
 
 def make_once(base: Path, name: str, make: Callable[[Path], None], blend: str) -> Path:

@@ -3,7 +3,7 @@
 
 import shutil
 from pathlib import Path
-from typing import Set
+from typing import Any, Set, Tuple
 
 import bpy
 
@@ -11,6 +11,7 @@ from . import cache, handlers
 from .job import running_folders
 
 _of_others: Set[Path] = set()  # bakes in the temporary folder of files that were open before
+_before: Tuple[Any, ...] = ()  # what told the open file from others before it was saved
 
 
 def _moved(text: str) -> str:
@@ -38,10 +39,21 @@ def _is_moving(path: Path) -> bool:
     return cache.temporary() in path.parents and not running_folders() & set(path.parents)
 
 
+def _on_disk() -> Tuple[Any, ...]:
+    """Returns the path of the open file, and numbers that change if it is saved."""
+    try:
+        about = Path(bpy.data.filepath).stat()
+    except OSError:
+        return (bpy.data.filepath,)
+    return bpy.data.filepath, about.st_ino, about.st_mtime_ns
+
+
 @bpy.app.handlers.persistent
 def before_save(*_: object) -> None:
     """Prepares the paths for the new place of the .blend, which is not known yet. Those of the temporary folder become
     relative, because that moves. The others of objects become absolute. Blender itself changes those of volumes."""
+    global _before
+    _before = _on_disk()
     for volume in bpy.data.volumes:
         if volume.filepath and _is_moving(cache.absolute(volume.filepath)):
             volume.filepath = _moved(volume.filepath)
@@ -58,7 +70,7 @@ def before_save(*_: object) -> None:
 @bpy.app.handlers.persistent
 def after_save(*given: object) -> None:
     """Moves the bakes of a file that had not been saved before, makes paths relative again, and notes which bakes the file
-    shows. Newer Blenders give the path that was saved, which may be that of a copy."""
+    shows. Newer Blenders give the path that was saved. In older ones, it was a copy if the open file has not changed."""
     if bpy.data.filepath:
         _move()
     else:  # a copy was saved, or saving has failed
@@ -68,15 +80,18 @@ def after_save(*given: object) -> None:
     for obj in cache.shown_by():
         obj["curlew_cache"] = cache.stored(cache.absolute(obj["curlew_cache"]))
     if bpy.data.filepath:
-        saved = given[0] if given else None
-        cache.note_saved(saved if isinstance(saved, str) and saved else bpy.data.filepath)
+        path = given[0] if given and isinstance(given[0], str) else ""
+        if path or _on_disk() != _before:
+            cache.note_saved(path or bpy.data.filepath)
+        else:
+            cache.note_shown(cache.COPY)
 
 
 @bpy.app.handlers.persistent
 def after_load(*_: object) -> None:
     """Leaves the bakes of a file that was open before, and never saved, where they are. Notes which bakes the file shows, as
     it may be a copy, or the file of an earlier release."""
-    cache.note_shown()
+    cache.note_shown(bpy.data.filepath)
     used = cache.used_folders()
     _of_others.clear()
     _of_others.update(folder for folder in cache.temporary().glob("*/*") if folder.resolve() not in used)
