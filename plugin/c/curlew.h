@@ -44,8 +44,8 @@ CURLEW_API int32_t curlew_abi_version(void);
 CURLEW_API const char* curlew_version(void);
 
 /** Returns all actions with their options, defaults, ranges and help as JSON: {"actions": [{"name", "group", "summary",
-    "inputs", "outputs", "options", "positional", "evaluation", "in_frames", "setting", "examples"}]}. Returns NULL on
-    failure. */
+    "inputs", "outputs", "options", "positional", "evaluation", "in_frames", "setting", "varies", "examples"}]}. Returns
+    NULL on failure. */
 CURLEW_API const char* curlew_registry(void);
 
 /** Sets whether files that could crash the library that reads them (.vdb with points, .nvdb, .exr, .gltf, .glb, .fbx,

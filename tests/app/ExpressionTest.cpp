@@ -78,6 +78,14 @@ TEST_CASE("expressions: may appear anywhere in a text together with frame number
     CHECK(expanded("$F {F}", {.frame = 7.01}) == "8 8");
 }
 
+TEST_CASE("expressions: an escaped text expands to the text", "[app]") {
+    for (const char* text : {"plain", "a{F}b", "$F4.####.%04d", "{{$$", "50% #1"}) {
+        CAPTURE(text);
+        CHECK(expanded(escaped(text), {.frame = 3}) == text);
+        CHECK_FALSE(variablesOf(escaped(text)).any);
+    }
+}
+
 TEST_CASE("expressions: variablesOf reports the variables of a text", "[app]") {
     CHECK_FALSE(variablesOf("plain").any);
     CHECK_FALSE(variablesOf("{2*pi}").any);

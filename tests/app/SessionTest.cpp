@@ -335,3 +335,18 @@ TEST_CASE("Session: the sums over frames are those of one node and one run", "[a
         CHECK(scenes.session.report["b"]["substeps"] == 30);
     }
 }
+
+TEST_CASE("Session: a graph with a moment is evaluated at that moment", "[app]") {
+    Moment seen;
+    Scenes scenes([&](Context& c) { seen = c.moment(); });
+    const std::string nodes = R"({"nodes": [{"name": "e", "action": "enright"}, {"name": "n", "action": "noise"},
+        {"name": "h", "action": "here"}])";
+    scenes.runAnew(nodes + "}");
+    CHECK(seen.time == 0);
+    scenes.runAnew(nodes + R"(, "moment": {"frame": 7, "time": 1.3, "fps": 5}})");
+    CHECK(seen.frame == 7);
+    CHECK(seen.time == 1.3);
+    CHECK(seen.fps == 5);
+    // Only what changes with time is evaluated again.
+    CHECK(scenes.session.evaluated() == Names{"e", "h"});
+}

@@ -330,6 +330,12 @@ class Frames(Live):
         read.words = str(still)
         self.assertNotIn("moment", plan_of(build.tree, self.scene).graph)
 
+    def test_a_still_of_a_flow_that_changes_by_itself_has_a_moment(self):
+        build = Tree()
+        points = build.add("scatter", count=5, box="0,0,0,1,1,1")
+        build.add("CurlewParticlesResult", build.add("advect", build.add("enright"), points))
+        self.assertIn("moment", support.addon("job").plan_of(build.tree, self.scene).graph)
+
     def test_only_what_changes_is_evaluated(self):
         """A tree's session continues from its last run."""
         build = growing()

@@ -115,6 +115,7 @@ class Action:
     fewest_words: int
     most_words: int
     writes: bool = False  # whether the words name files that it may write
+    varies: bool = False  # whether it changes with time, whatever the options
 
     def option(self, name: str) -> Option:
         """Returns the option with this name, former name or unique prefix. Raises ValueError if there is none."""
@@ -182,6 +183,7 @@ def actions_of(registry: Mapping[str, Any]) -> Dict[str, Action]:
             fewest_words=words["minimum"],
             most_words=words["maximum"],
             writes=any("file" in output["kinds"] for output in entry["outputs"]),
+            varies=entry["varies"],
         )
     return result
 

@@ -50,7 +50,7 @@ class Collected:
             graph["frames"] = frames
         else:
             graph["nodes"] = [_in_pose(node) for node in graph["nodes"]]
-            if any(varies(text) for node in graph["nodes"] for text in _texts(node)):
+            if any(_changes(node) for node in graph["nodes"]):
                 fps = _fps(scene)
                 graph["moment"] = {"frame": scene.frame_current, "fps": fps,
                                    "time": (scene.frame_current - scene.frame_start) / fps}
@@ -68,6 +68,11 @@ def _texts(node: Mapping[str, Any]) -> Iterator[str]:
     yield from node["words"]
     yield from node["options"].values()
     yield from library.actions()[node["action"]].implied(node["options"]).values()
+
+
+def _changes(node: Mapping[str, Any]) -> bool:
+    """Returns whether a node may have another result in another frame."""
+    return library.actions()[node["action"]].varies or any(varies(text) for text in _texts(node))
 
 
 def _in_pose(node: Dict[str, Any]) -> Dict[str, Any]:

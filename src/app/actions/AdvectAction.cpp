@@ -105,7 +105,7 @@ void prepareSum(Context& c, const Arguments& a, const Flow& flow, AdvectOptions&
     if (flow.hasTracks()) return;
     const bool reprojects = options.reprojection.method != Reprojection::none;
     if (reprojects && a.given("reproject") && !a.given("splitting")) options.splitting = Splitting::strang;
-    if (!flow.domain().wall || (c.clock() && c.report("advect").contains("terms"))) return; // warned in the first frame
+    if (!flow.domain().wall || c.memory().figures.contains("terms")) return; // warned in the first frame
     if (!reprojects) return c.warn("with reproject=none, points drift and may cross the wall");
     if (options.splitting != Splitting::none)
         warnOfTerms(c, sumAtWall(flow, 2000, c.follow("checking the terms at the wall")));
@@ -241,7 +241,7 @@ void runAdvect(Context& c, const Arguments& a) {
         return withDimension(dimensionOf(*positions), [&](auto n) { advectPointsN<n>(c, a); });
     if (a.given("loop")) return loopAction(c, a, advectBinding().read(a).reprojection);
     const FlowInTime flow = c.flowInTime("flow");
-    const double begin = c.clock() ? c.clock()->begin : 0;
+    const double begin = c.clock() ? c.clock()->begin : c.moment().time;
     const Flow first = flow.at(begin);
     AdvectOptions options = advectOptions(c, a, first.domain());
     const bool estimated = tableauOf(options.usedScheme()).embedded();

@@ -69,7 +69,9 @@ class Document {
         classify();
         Builder builder(mReading);
         if (mFramed) splitAtFrames();
-        if (const Json moment = memberOf(mJson, "moment", nullptr); !moment.is_null()) freeze(momentOf(moment));
+        std::optional<Moment> still;
+        if (const Json moment = memberOf(mJson, "moment", nullptr); !moment.is_null())
+            freeze(still.emplace(momentOf(moment)));
         const std::vector<size_t> order = sorted();
         for (const size_t k : order)
             if (!mRecords[k].inFrames) place(builder, mRecords[k]);
@@ -85,6 +87,7 @@ class Document {
         Graph graph = builder.finish();
         for (size_t k = 0; k < mStates.size(); ++k)
             if (!mStates[k].next.empty()) graph.states.at(k).next = linkOf(graph, mStates[k].next);
+        graph.moment = still.value_or(Moment{});
         graph.resume = flagOf(mJson, "resume", false);
         graph.effects = flagOf(mJson, "effects", true);
         graph.wanted = textsOf(mJson, "wanted");
@@ -308,9 +311,7 @@ class Document {
                                     text));
                 return text;
             }
-            std::string plain;
-            for (const char c : expanded(text, moment)) plain += c == '{' ? "{{" : c == '$' ? "$$" : std::string(1, c);
-            return plain;
+            return escaped(expanded(text, moment));
         };
         Arguments still(arguments.action());
         for (const auto& word : arguments.writtenWords()) still.addWord(at(word));

@@ -230,6 +230,16 @@ std::string expanded(std::string_view text, const Moment& moment) {
     return result;
 }
 
+std::string escaped(std::string_view text) {
+    std::string result;
+    for (const char c : text) {
+        if (c == '{') result += '{';
+        if (kPlain.find(c) != std::string_view::npos) result += '$';
+        result += c;
+    }
+    return result;
+}
+
 Variables variablesOf(std::string_view text) {
     Expander expander(text, {});
     expander.result();

@@ -83,6 +83,7 @@ Json json(const Action& action) {
             {"evaluation", kEvaluations.at(static_cast<size_t>(action.evaluation))},
             {"in_frames", kInFrames.at(static_cast<size_t>(action.inFrames))},
             {"setting", action.setting},
+            {"varies", action.varies},
             {"examples", action.examples}};
 }
 

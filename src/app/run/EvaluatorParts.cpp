@@ -49,7 +49,8 @@ void Evaluator::findParts() {
 
 /// Returns the moment at which the nodes before -frames are evaluated.
 Moment Evaluator::beforeFrames(int64_t part) const {
-    Moment moment{.part = static_cast<double>(part)};
+    Moment moment = mGraph.moment;
+    moment.part = static_cast<double>(part);
     if (mPlan) moment.fps = mPlan->fps;
     return moment;
 }

@@ -31,7 +31,7 @@ def test_the_registry_has_all_that_nodes_need():
     assert actions["read"]["positional"] == {"what": "FILE …", "minimum": 1, "maximum": 1000}
     for action in actions.values():
         about = {"name", "group", "summary", "details", "short_name", "inputs", "outputs", "options", "positional", "examples"}
-        assert about | {"evaluation", "in_frames", "setting"} == set(action)
+        assert about | {"evaluation", "in_frames", "setting", "varies"} == set(action)
         assert all(option["selects"] for option in action["options"] if option["type"] == "ages")
 
 

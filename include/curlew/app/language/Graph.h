@@ -78,6 +78,7 @@ struct Graph {
     SourceLocation frameLocation = {};
     std::vector<State> states = {};
     std::vector<Given> given = {};
+    Moment moment = {}; ///< The moment of a graph without frames.
     bool resume = false;
     /// If not empty, only these nodes, the effects and their dependencies are evaluated.
     std::vector<std::string> wanted = {};

@@ -34,6 +34,9 @@ struct Variables {
 /// finite.
 std::string expanded(std::string_view text, const Moment& moment);
 
+/// Returns a text of which expanded() makes this one.
+std::string escaped(std::string_view text);
+
 /// Returns which variables the expressions of a text contain. Throws ValueError if expanded() would throw at every
 /// moment.
 Variables variablesOf(std::string_view text);
