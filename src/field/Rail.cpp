@@ -40,6 +40,16 @@ std::vector<Vec3d> distinct(const std::vector<Vec3d>& points, bool closed) {
     return kept;
 }
 
+/// Returns whether the curve turns back onto the line on which it came. The circle through a point and its two
+/// neighbours is then a line, or so large that it is useless, and `sum` would lead away from one of them; the curve
+/// turns in half circles instead.
+bool doublesBack(const Vec3d& before, const Vec3d& after, const Vec3d& sum) {
+    constexpr double kAngle = 1e-6; // between `sum` and the longer of the chords
+    const double longer = std::max(length(before), length(after));
+    return dot(before, after) < 0 &&
+           length(cross(before, after)) <= kAngle * length(sum) * length(before) * length(after) * longer;
+}
+
 /// Returns the tangents at the points: that of the circle through a point and its two neighbours.
 std::vector<Vec3d> tangentsAt(const std::vector<Vec3d>& p, bool closed) {
     const size_t n = p.size();
@@ -48,8 +58,7 @@ std::vector<Vec3d> tangentsAt(const std::vector<Vec3d>& p, bool closed) {
         if (!closed && (k == 0 || k == n - 1)) continue;
         const Vec3d before = p[k] - p[(k + n - 1) % n], after = p[(k + 1) % n] - p[k];
         const Vec3d sum = before * (1 / dot(before, before)) + after * (1 / dot(after, after));
-        // Where the curve turns back on itself, it does so in a half circle.
-        tangents[k] = dot(sum, sum) > 0 ? normalized(sum) : anyNormal(before);
+        tangents[k] = doublesBack(before, after, sum) ? anyNormal(before) : normalized(sum);
     }
     if (closed) return tangents;
     // The ends: an arc has the same angle with its chord at both ends.
@@ -74,7 +83,10 @@ Vec3d jointOf(const Vec3d& p, const Vec3d& q, const Vec3d& first, const Vec3d& l
     // a d² + 2 b d - c = 0; this form of its positive root has no cancellation for a = 0 and b > 0.
     const double root = std::sqrt(b * b + a * c);
     if (!(root > 0)) return (p + q) * 0.5; // both tangents are the same, and across the line: two half circles
-    const double d = b >= 0 ? c / (b + root) : (root - b) / a;
+    constexpr double kParallel = 1e-12;
+    // If the tangents are parallel and point backward, that root is infinite or nearly so. The negative one has arcs of
+    // more than half a circle.
+    const double d = b >= 0 ? c / (b + root) : a > kParallel ? (root - b) / a : c / (b - root);
     return (p + q) * 0.5 + (first - last) * (0.5 * d);
 }
 

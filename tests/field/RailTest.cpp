@@ -209,3 +209,29 @@ TEST_CASE("Rail: gradients are continuous where arcs meet, with and without turn
         }
     }
 }
+
+TEST_CASE("Rail: turns in finite arcs where its points double back", "[field]") {
+    const auto onLine = [](const std::vector<double>& coordinates) {
+        std::vector<Vec3d> points;
+        for (const double x : coordinates) points.push_back({{x, 0, 0}});
+        return points;
+    };
+    const std::vector<Vec3d> bent{{{1, 0.1, 0}}, {{0, 0, 0}}, {{3, 0, 0}}, {{2, -0.1, 0}}};
+    const std::vector<Vec3d> nearLine{{{0, 0, 0}}, {{3, 0, 0}}, {{2, 1e-9, 0}}};
+    for (const auto& points : {onLine({0, 3, 2}), onLine({0, 3, 2, 5}), onLine({0, 1e-7, -5}), bent, nearLine}) {
+        const Rail rail(points);
+        CAPTURE(points.size(), points[1], points[2]);
+        CHECK(rail.length() < 70); // `bent` turns in two large arcs
+        for (const Vec3d& p : points) CHECK(rail.nearest(p).distance < 1e-12);
+        const double step = rail.length() / 100000;
+        double sharpest = 1; // of the cosines between successive steps
+        Vec3d before = rail.at(step) - rail.at(0);
+        for (int k = 1; k < 100000; ++k) {
+            const Vec3d now = rail.at((k + 1) * step) - rail.at(k * step);
+            sharpest = std::min(sharpest, dot(now, before) / (step * step));
+            before = now;
+        }
+        if (length(points[1] - points[0]) > 1e-3) CHECK(sharpest > 0.999);
+    }
+    CHECK(Rail(onLine({0, 3, 2, 4, 1}), true).length() < 40);
+}
