@@ -280,10 +280,17 @@ AdvectResult detail::advectKnowing(const Flow& flow, const FlowRms& rms, Points&
 
 AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
                     const Monitor& monitor) {
+    return detail::advectPart(flow, particles, begin, options, options.time, monitor);
+}
+
+AdvectResult detail::advectPart(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
+                                double wholeTime, const Monitor& monitor) {
     if (!std::isfinite(begin)) throw ValueError("the start time must be finite");
     FlowAt before{begin, flow.at(begin)};
-    if (flow.steady()) return advect(before.flow, particles, options, monitor);
     validate(before.flow, options);
+    if (flow.steady())
+        return advectInOrder(before.flow, rmsOf(before.flow, monitor.quiet()), particles,
+                             advectionOrder(before.flow, particles), options, wholeTime, monitor);
     const AdvectOptions accurate = withAccuracy(options, before.flow.domain());
     const Monitor unreported = monitor.quiet();
     const std::vector<uint32_t> order = advectionOrder(before.flow, particles);
@@ -304,7 +311,7 @@ AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, con
         total.overrun += followWall(flow, before, middle, particles, halvings, unreported);
         particles.f.clear(); // tracks of the previous step
         particles.g.clear();
-        total += advectInOrder(middle.flow, rms, particles, order, one, options.time, unreported);
+        total += advectInOrder(middle.flow, rms, particles, order, one, wholeTime, unreported);
         total.overrun += followWall(flow, middle, after, particles, halvings, unreported);
         before = after;
         if (monitor.report) monitor.report((k + 1.0) / count);

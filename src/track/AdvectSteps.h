@@ -32,6 +32,11 @@ inline AdvectOptions oneOf(int count, AdvectOptions options) {
     return options;
 }
 
+/// advect() for a part of the time: `options` describe the part, and `wholeTime` is what a newborn particle's age is
+/// compared with (AdvectOptions::byAge).
+AdvectResult advectPart(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
+                        double wholeTime, const Monitor& monitor);
+
 /// advect() with the rms values of another moment of the flow.
 AdvectResult advectKnowing(const Flow& flow, const FlowRms& rms, Points& particles, const AdvectOptions& options,
                            const Monitor& monitor);

@@ -60,7 +60,7 @@ Pathlines advectWithPathlines(const FlowInTime& flow, Points& particles, double 
     Pathlines pathlines{.curves = unsetCurves(particles, vertices, particles.hasTrack()), .result = {}};
     record(particles, 0, 0, pathlines.curves);
     for (int k = 0; k < segments; ++k) {
-        pathlines.result += advect(flow, particles, begin + one.time * k, one, unreported);
+        pathlines.result += detail::advectPart(flow, particles, begin + one.time * k, one, options.time, unreported);
         record(particles, static_cast<size_t>(k) + 1, one.time * (k + 1), pathlines.curves);
         if (monitor.report) monitor.report((k + 1.0) / segments);
     }

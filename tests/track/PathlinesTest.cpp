@@ -45,3 +45,19 @@ TEST_CASE("advectWithPathlines: vertices are the particle positions after each s
     CHECK_THROWS_AS(advectWithPathlines(FlowInTime(flow), along, 0, {.steps = -1}), ValueError);
     CHECK_THROWS_AS(advectWithPathlines(FlowInTime(flow), along, 0, {.steps = 1000000000}), ResourceError);
 }
+
+TEST_CASE("advectWithPathlines: newborn particles move as long as without pathlines", "[track]") {
+    const Flow flow = boundFlow(sphereSdf(1), Side::inside);
+    const auto inTime = GENERATE_REF(FlowInTime(flow), FlowInTime([flow](double) { return flow; }));
+    Points start = scatter(flow.domain(), 100, 1);
+    start.age.assign(start.size(), 0.13f);
+    start.age[0] = 7;
+    start.age[1] = 0;
+    Points along = start, there = start;
+    const AdvectOptions options{.time = 0.4, .steps = 4, .byAge = true};
+    advectWithPathlines(inTime, along, 0, options);
+    advect(inTime, there, 0, options);
+    for (size_t k = 0; k < start.size(); ++k) CHECK(length(position(along, k) - position(there, k)) < 1e-12);
+    CHECK(length(position(there, 2) - position(start, 2)) > 0.05);
+    CHECK(position(along, 1) == position(start, 1));
+}
