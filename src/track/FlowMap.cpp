@@ -32,11 +32,14 @@ void drift(const std::vector<Flow>& flows, const AdvectOptions& options, double 
     forEachBatch(
         points,
         [&](PointBatch& batch, size_t begin) {
+            const PointBatch start = batch;
             for (const auto& stepper : steppers) {
                 detail::BatchAdvector<3> advector(stepper, options, first, {batch});
                 advector.run(monitor);
                 batch = advector.parts().front().tips.position;
             }
+            for (int i = 0; i < batch.size; ++i) // a NaN coordinate would spread to the others
+                if (!std::isfinite(dot(start[i], start[i]))) batch.set(i, start[i]);
             storeBatch(batch, points, begin);
         },
         monitor);
@@ -70,6 +73,7 @@ FlowMapResult FlowMap::carry(std::vector<Vec3d>& points, double from, double to,
     const Flow first = mFlow.at(from + 0.5 * (to - from) / count);
     if (first.hasTracks() || first.domain().wall) return follow(points, from, to, count, monitor);
     AdvectOptions options = advectOptions(to - from, count, first.domain());
+    detail::validate(first, options);
     options.reprojection.method = Reprojection::none;
     // A steady flow with adaptive steps needs no division of the time.
     const int parts = mFlow.steady() && options.adaptive() ? 1 : count;

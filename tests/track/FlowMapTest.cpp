@@ -122,19 +122,31 @@ TEST_CASE("FlowMap: invalid times and steps are refused and NaN positions pass t
     CHECK_THROWS_WITH(FlowMap(swaying(), {.step = -1}), Catch::ContainsSubstring("step"));
     CHECK_THROWS_AS(FlowMap(swaying(), {.step = nan}), ValueError);
     const FlowMap map(swayingSum(), {.step = 0.1});
-    std::vector<Vec3d> points{{{0, 0, 0}}, {{nan, 0, 0}}};
+    std::vector<Vec3d> points{{{0, 0, 0}}, {{nan, 0.25, 0}}};
     CHECK_THROWS_WITH(map.carry(points, 0, nan), Catch::ContainsSubstring("finite"));
     CHECK_THROWS_AS(map.carry(points, 0, std::numeric_limits<double>::infinity()), ValueError);
     CHECK_THROWS_AS(map.carry(points, 0, 1e12), ValueError);
     map.carry(points, 0, 1);
     CHECK(std::isfinite(points[0][0]));
     CHECK(std::isnan(points[1][0]));
+    CHECK(points[1][1] == 0.25);
     std::vector<Vec3d> none;
     CHECK(map.carry(none, 0, 1).points == 0);
     std::vector<Vec3d> still{{{1, 2, 3}}};
     map.carry(still, 4, 4);
     CHECK(still[0] == Vec3d{{1, 2, 3}});
     CHECK_THROWS_AS(map.carry(still, 0, 1, {.report = {}, .cancelled = [] { return true; }}), Interrupted);
+}
+
+TEST_CASE("FlowMap: refuses the options that advect refuses, for sums too", "[track]") {
+    for (const FlowInTime& flow : {swaying(), swayingSum()}) {
+        std::vector<Vec3d> points{{{0, 0, 0}}};
+        const auto carry = [&](const FlowMapOptions& options) { FlowMap(flow, options).carry(points, 0, 1); };
+        CHECK_THROWS_WITH(carry({.step = 0.1, .scheme = Scheme::rk4, .accuracy = 1e-3}),
+                          Catch::ContainsSubstring("rk4 has no error estimate"));
+        CHECK_THROWS_WITH(carry({.scheme = Scheme::euler}), Catch::ContainsSubstring("euler has no error estimate"));
+        CHECK_THROWS_WITH(carry({.step = 0.1, .accuracy = -1}), Catch::ContainsSubstring("accuracy -1"));
+    }
 }
 
 TEST_CASE("FlowMap: is the same for any number of threads", "[track]") {
