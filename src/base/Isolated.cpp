@@ -343,7 +343,10 @@ int runIsolatedReader(const std::vector<std::string>& arguments, IsolatedReader 
     constexpr rlim_t addresses = rlim_t{2} << 30;
     limit(RLIMIT_CORE, 0);
     if (!kAddressSanitizer) limit(RLIMIT_AS, std::strtoull(arguments[3].c_str(), nullptr, 10) + addresses);
-    limit(RLIMIT_CPU, std::strtoull(arguments[4].c_str(), nullptr, 10));
+    // At the first limit the system sends SIGXCPU, which crashed() understands, at the second one SIGKILL.
+    const rlim_t seconds = std::strtoull(arguments[4].c_str(), nullptr, 10);
+    const rlimit processor{seconds, seconds + 5};
+    setrlimit(RLIMIT_CPU, &processor);
 
     using Kind = PartReader::Heading::Kind;
     const auto fail = [](Kind kind, std::string_view message) {
