@@ -168,10 +168,11 @@ class TemporaryFile {
     bool mMoved = false;
 };
 
-/// The initial permissions of a file at `path`: never more than those of the file that it replaces.
+/// The initial permissions of a file at `path`: those of the file that it replaces, and never more for others. Its
+/// owner must be able to write it.
 mode_t modeFor(const fs::path& path) {
     struct stat before {};
-    return ::stat(path.c_str(), &before) == 0 ? before.st_mode & 0777 : 0666;
+    return ::stat(path.c_str(), &before) == 0 ? (before.st_mode & 0777) | S_IWUSR : 0666;
 }
 
 using WriteFile = std::function<void(const fs::path& temporary)>;

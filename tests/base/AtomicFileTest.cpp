@@ -213,6 +213,20 @@ TEST_CASE("writeAtomically: keeps the permissions of a replaced file and applies
     CHECK(contents(secret) == "new");
 }
 
+TEST_CASE("writeAtomically: replaces a read-only file, which stays read-only", "[base]") {
+    const Folder folder;
+    const fs::path file = folder.path / "a.txt";
+    std::ofstream(file) << "old";
+    fs::permissions(file, fs::perms::owner_read | fs::perms::group_read);
+    writeAtomically(file, [&](const fs::path& temporary) {
+        // Root may write to any file, others need this permission.
+        CHECK((fs::status(temporary).permissions() & fs::perms::owner_write) != fs::perms::none);
+        std::ofstream(temporary) << "new";
+    });
+    CHECK(contents(file) == "new");
+    CHECK(fs::status(file).permissions() == (fs::perms::owner_read | fs::perms::group_read));
+}
+
 TEST_CASE("writeAtomically: follows symbolic links and replaces their target", "[base]") {
     const Folder folder;
     fs::create_directory(folder.path / "there");
