@@ -186,7 +186,7 @@ void write(const fs::path& path, const WriteFile& writer, bool mayBeEmpty, const
         folder.emplace(target.path);
         removeStale(target.path);
     }
-    TemporaryFile temporary(stream ? fs::temp_directory_path() : folderOf(target.path), target.path,
+    TemporaryFile temporary(stream ? temporaryFolder() : folderOf(target.path), target.path,
                             stream ? 0600 : modeFor(target.path));
     writer(temporary.name());
     if (!mayBeEmpty && temporary.empty())

@@ -106,7 +106,7 @@ void copy(const fs::path& name, const fs::path& to, const std::function<bool()>&
         if ((!error && space.available < kSpared) || !out.write(piece.data(), static_cast<std::streamsize>(size)))
             throw unreadable(name,
                              fmt::format("after {} MiB there is no space left in '{}'; free some space, or set TMPDIR",
-                                         total >> 20, fs::temp_directory_path().string()));
+                                         total >> 20, to.parent_path().string()));
     }
     in.finish();
     out.close();
@@ -117,7 +117,7 @@ void copy(const fs::path& name, const fs::path& to, const std::function<bool()>&
 } // namespace
 
 TemporaryFolder::TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "curlew-XXXXXX").string();
+    std::string name = (temporaryFolder() / "curlew-XXXXXX").string();
     if (!::mkdtemp(name.data()))
         throw FileError(
             fmt::format("cannot make a folder '{}': {}; set TMPDIR to another", name, std::strerror(errno)));

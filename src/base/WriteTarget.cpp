@@ -54,6 +54,15 @@ WriteTarget WriteTarget::of(const fs::path& name) {
     return target;
 }
 
+fs::path temporaryFolder() {
+    std::error_code error;
+    const fs::path folder = fs::temp_directory_path(error);
+    if (error)
+        throw FileError(fmt::format("cannot use the folder for temporary files: {}; set TMPDIR to one that exists",
+                                    error.message()));
+    return folder;
+}
+
 void copyInto(const WriteTarget& target, const fs::path& from, const fs::path& name,
               const std::function<bool()>& cancelled) {
     const auto fail = [&](const char* what) {

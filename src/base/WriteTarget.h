@@ -25,6 +25,9 @@ struct WriteTarget {
 void copyInto(const WriteTarget& target, const std::filesystem::path& from, const std::filesystem::path& name,
               const std::function<bool()>& cancelled);
 
+/// Returns the system's folder for temporary files. Throws FileError if TMPDIR names something else.
+std::filesystem::path temporaryFolder();
+
 /// A file descriptor that is closed with this object.
 class Descriptor {
   public:

@@ -2,6 +2,7 @@
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/Error.h"
 #include "support/Catch.h"
+#include "support/Variable.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -225,6 +226,12 @@ TEST_CASE("writeAtomically: replaces a read-only file, which stays read-only", "
     });
     CHECK(contents(file) == "new");
     CHECK(fs::status(file).permissions() == (fs::perms::owner_read | fs::perms::group_read));
+}
+
+TEST_CASE("writeAtomically: a pipe needs a temporary folder, and FileError says so", "[base]") {
+    const test::Variable folder("TMPDIR", "/nonexistent");
+    CHECK_THROWS_WITH(writeAtomically("/dev/null", kWriteNew), Catch::ContainsSubstring("TMPDIR"));
+    CHECK_THROWS_AS(writeAtomically("/dev/null", kWriteNew), FileError);
 }
 
 TEST_CASE("writeAtomically: follows symbolic links and replaces their target", "[base]") {

@@ -2,6 +2,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/LocalFile.h"
 #include "support/Files.h"
+#include "support/Variable.h"
 
 #include <sys/stat.h>
 #include <zlib.h>
@@ -82,4 +83,10 @@ TEST_CASE("LocalFile: a pipe is read to its end", "[base]") {
     writer.join();
     CHECK(local.path().filename() == "pipe.ply");
     CHECK(test::bytesOf(local.path()) == text);
+}
+
+TEST_CASE("TemporaryFolder: an invalid TMPDIR throws FileError", "[base]") {
+    const test::Variable folder("TMPDIR", "/nonexistent");
+    CHECK_THROWS_AS(TemporaryFolder(), FileError);
+    CHECK_THROWS_WITH(TemporaryFolder(), ContainsSubstring("TMPDIR"));
 }

@@ -19,8 +19,9 @@ namespace curlew {
 ///
 /// If the folder of a relative path is missing and its parent exists, the folder is created: out/a.png creates out/.
 /// The folder of an absolute path is not created, because a typing error would then create a folder somewhere.
-/// Throws FileError, naming `path`, if the folder or file cannot be written, or if `write` leaves the file empty. Safe
-/// to call from several threads and processes at once: the last one to finish wins.
+/// Throws FileError, naming `path`, if the folder or file cannot be written, or if `write` leaves the file empty; and
+/// if a temporary folder is needed, but TMPDIR names none. Safe to call from several threads and processes at once: the
+/// last one to finish wins.
 void writeAtomically(const std::filesystem::path& path,
                      const std::function<void(const std::filesystem::path& temporary)>& write);
 
