@@ -18,7 +18,10 @@ namespace {
 
 constexpr uint64_t kSeed = 0x636865636b;
 
-/// Returns the maximum of `value(k)` over [0, count).
+/// Returns infinity for NaN, so that it does not pass for a small error.
+double orInfinity(double value) { return std::isnan(value) ? std::numeric_limits<double>::infinity() : value; }
+
+/// Returns the maximum of `value(k)` over [0, count); infinity if one of them is NaN.
 template <class Value>
 double greatest(size_t count, const Value& value, const Monitor& monitor) {
     double most = 0;
@@ -27,7 +30,7 @@ double greatest(size_t count, const Value& value, const Monitor& monitor) {
         count, 256,
         [&](size_t begin, size_t end) {
             double own = 0;
-            for (size_t k = begin; k < end; ++k) own = std::max(own, value(k));
+            for (size_t k = begin; k < end; ++k) own = std::max(own, orInfinity(value(k)));
             const std::lock_guard lock(merging);
             most = std::max(most, own);
         },
@@ -47,7 +50,7 @@ Vec<double, N> normalOf(const FlowN<N>& flow, const Vec<double, N>& p) {
 
 /// Scalars of the velocity's Jacobian at a point.
 struct Derivative {
-    double trace = 0; ///< |divergence| / norm.
+    double trace = 0; ///< |divergence| / norm; infinite if the velocity or its Jacobian is not finite.
     double norm2 = 0; ///< Frobenius norm, squared.
     double speed2 = 0;
 };
@@ -61,11 +64,13 @@ Derivative derivativeAt(const FlowN<N>& flow, const Vec<double, N>& p) {
         trace += sample.derivative[i][i];
         squares += dot(sample.derivative[i], sample.derivative[i]);
     }
-    if (!(squares > 0)) return {.speed2 = dot(sample.velocity, sample.velocity)};
-    return {std::abs(trace) / std::sqrt(squares), squares, dot(sample.velocity, sample.velocity)};
+    const double speed2 = dot(sample.velocity, sample.velocity);
+    if (!std::isfinite(squares + speed2)) return {.trace = std::numeric_limits<double>::infinity()};
+    if (!(squares > 0)) return {.speed2 = speed2};
+    return {std::abs(trace) / std::sqrt(squares), squares, speed2};
 }
 
-/// Returns the sum of squares of the divergence by central differences over ±h.
+/// Returns the sum of squares of the divergence by central differences over ±h; infinity if one of them is NaN.
 template <int N>
 double divergenceByDifferences(const FlowN<N>& flow, const PointBatchN<N>& points, double h) {
     std::array<double, kBatch> divergence{};
@@ -89,7 +94,7 @@ double divergenceByDifferences(const FlowN<N>& flow, const PointBatchN<N>& point
     }
     double sum = 0;
     for (size_t i = 0; i < static_cast<size_t>(points.size); ++i) sum += divergence[i] * divergence[i];
-    return sum;
+    return orInfinity(sum);
 }
 
 /// Returns points of the domain: exactly `count` in 3D; in other dimensions those of `count` that the wall allows.
@@ -120,17 +125,17 @@ void diagnoseWall(const Flow& flow, size_t samples, FlowDiagnostics& check, cons
     layer.wall->side = Side::both;
     const Points seeds = scatter(layer, samples, kSeed + 1, monitor);
     std::vector<uint8_t> onWall(samples);
-    check.wallFlux = greatest(
-                         samples,
-                         [&](size_t k) {
-                             const auto p = detail::ontoWall(wall, flow.domain().box, seeds.position(k));
-                             if (!p) return 0.0;
-                             onWall[k] = 1;
-                             const auto d = wall.sdf.distance.at<1>(*p);
-                             return std::abs(dot(flow.at(*p).velocity, d.gradient));
-                         },
-                         monitor) /
-                     check.rms.speed;
+    const double flux = greatest(
+        samples,
+        [&](size_t k) {
+            const auto p = detail::ontoWall(wall, flow.domain().box, seeds.position(k));
+            if (!p) return 0.0;
+            onWall[k] = 1;
+            const auto d = wall.sdf.distance.at<1>(*p);
+            return std::abs(dot(flow.at(*p).velocity, d.gradient));
+        },
+        monitor);
+    check.wallFlux = flux > 0 ? orInfinity(flux / check.rms.speed) : 0;
     check.wallSamples = static_cast<size_t>(std::count(onWall.begin(), onWall.end(), 1));
 }
 
@@ -196,7 +201,7 @@ std::optional<double> DivergenceDiagnostics::order() const {
 
 bool DivergenceDiagnostics::vanishes() const {
     constexpr double kMinOrder = 0.25;
-    return order().value_or(1) > kMinOrder;
+    return std::isfinite(trace) && order().value_or(1) > kMinOrder;
 }
 
 template <int N>

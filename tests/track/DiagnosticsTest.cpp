@@ -33,6 +33,15 @@ struct BlendedGradients {
     }
 };
 
+/// A field that is NaN for x > 0.5.
+struct Holed {
+    ScalarField field;
+    template <int Order, class T>
+    Jet<T, 3, Order> at(const Vec3d& p) const {
+        return field.at<Order, T>(p) * (p[0] > 0.5 ? std::numeric_limits<T>::quiet_NaN() : T(1));
+    }
+};
+
 } // namespace
 
 TEST_CASE("diagnoseFlow: a contained flow has no divergence and no wall flux", "[track]") {
@@ -48,6 +57,16 @@ TEST_CASE("diagnoseFlow: detects a flow that crosses its wall", "[track]") {
     const Flow leaking(noiseField<Psrd3>({.seed = 1}, {.frequency = 2}),
                        noiseField<Psrd3>({.seed = 2}, {.frequency = 2}), Domain::of(ball()));
     CHECK(diagnoseFlow(leaking, 5000).wallFlux > 0.1);
+}
+
+TEST_CASE("diagnoseFlow: a flow that is NaN somewhere is not divergence-free", "[track]") {
+    const ScalarField f = noiseField<Psrd3>({.seed = 1}, {.frequency = 2});
+    const Flow holed(f, ScalarField(Holed{contained().g()}), Domain::of(ball()));
+    const FlowDiagnostics check = diagnoseFlow(holed, 5000);
+    CHECK(check.divergence.trace == std::numeric_limits<double>::infinity());
+    CHECK(check.wallFlux == std::numeric_limits<double>::infinity());
+    CHECK_FALSE(check.divergence.vanishes());
+    CHECK_FALSE(check.divergence.byDifferences < 1e300);
 }
 
 TEST_CASE("diagnoseDivergence: detects a potential with a wrong gradient", "[track]") {

@@ -27,7 +27,9 @@ FieldDiagnostics diagnoseField(const ScalarFieldN<N>& field, const BoxN<N>& box,
 
 /// For a flow that preserves the area of level sets (FlowN::preservesArea), the divergence is that within them.
 struct DivergenceDiagnostics {
-    double trace = 0;       ///< Maximum of |trace| / Frobenius norm of the velocity's Jacobian in the domain.
+    /// Maximum of |trace| / Frobenius norm of the velocity's Jacobian in the domain; infinite if the velocity or its
+    /// Jacobian is not finite at a sample.
+    double trace = 0;
     double traceBeyond = 0; ///< The same over points where the wall has no influence: farther from it than its width.
     /// rms of the divergence by central differences of the velocity over ±`step` and over half of that, relative to the
     /// rms of the Jacobian's norm. `trace` vanishes for any symmetric Hessians; these figures also show whether the
@@ -39,9 +41,11 @@ struct DivergenceDiagnostics {
 
     /// The power of the step with which `byDifferences` falls: 2 if the velocity is C³, at least 1.5 if it is C¹ with
     /// bounded second derivatives, 1/2 if its derivatives jump, 0 if a potential's gradient is wrong, -1/2 if the
-    /// velocity jumps, as at the kink of a potential. Returns nullopt if only rounding errors remain.
+    /// velocity jumps, as at the kink of a potential. Returns nullopt if only rounding errors remain, NaN if a
+    /// velocity is not finite.
     std::optional<double> order() const;
-    /// Whether the divergence by differences is rounding error or falls with the step, by a power above 1/4.
+    /// Whether the flow is finite at all samples, and the divergence by differences is rounding error or falls with the
+    /// step, by a power above 1/4.
     bool vanishes() const;
 };
 
@@ -53,7 +57,7 @@ DivergenceDiagnostics diagnoseDivergence(const FlowN<N>& flow, size_t samples = 
 
 struct FlowDiagnostics {
     DivergenceDiagnostics divergence;
-    double wallFlux = 0;    ///< Maximum of |c · grad d| on the wall, relative to the rms speed.
+    double wallFlux = 0;    ///< Maximum of |c · grad d| on the wall, relative to the rms speed; infinite for NaN.
     size_t wallSamples = 0; ///< Number of points on the wall that were used.
     FlowRms rms;
 };
