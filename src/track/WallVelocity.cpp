@@ -70,7 +70,7 @@ WallVelocity::WallVelocity(const Wall& now, const Wall& next, const Wall& afterN
     if (!std::isfinite(step) || step == 0) throw ValueError("the step must be finite and not zero");
     const WallMotion motion(now, afterNext, box, 2 * step), half(now, next, box, step);
     mStill = motion.still() && half.still();
-    mRigid = motion.rigid() && half.rigid();
+    mRigid = (motion.rigid() || motion.still()) && (half.rigid() || half.still());
     if (mStill) return;
     if (!mRigid) {
         mLater = std::pair(next, afterNext);
@@ -160,8 +160,9 @@ std::optional<WallVelocity> wallVelocity(const FlowInTime& flow, double time, do
         return WallVelocity(*now.wall, *next.wall, *afterNext.wall, step, now.box);
     };
     auto wall = over(interval / 2);
+    if (wall && wall->rigid() && !wall->still()) wall = over(kRigidStep * interval);
     if (!wall || wall->still()) return {};
-    return wall->rigid() ? over(kRigidStep * interval) : wall;
+    return wall;
 }
 
 void addWallVelocity(const WallVelocity& wall, Points& particles) {

@@ -166,6 +166,21 @@ TEST_CASE("WallVelocity: a wall at rest adds nothing", "[track]") {
     CHECK_THROWS_AS(WallVelocity(rests, rests, rests, 0, cube(1)), ValueError);
 }
 
+TEST_CASE("WallVelocity: a rigid wall that rests for a part of the interval is rigid", "[track]") {
+    const Wall rests = Motion{}.at(0.4), moved = Motion{}.at(0.4 + kStep);
+    const WallVelocity starts(rests, rests, moved, kStep, cube(1.5)), returns(rests, moved, rests, kStep, cube(1.5));
+    CHECK(starts.rigid());
+    CHECK(returns.rigid());
+    CHECK_FALSE(starts.still());
+    CHECK(starts.terms().size() == 2);
+    // A wall that starts to move in the middle of the interval rests at its beginning.
+    const FlowInTime later([](double t) {
+        const Wall wall = Motion{}.at(std::max(t, 0.6 * kStep));
+        return Flow(constantField(1), constantField(0), {.box = cube(1.5), .wall = wall});
+    });
+    CHECK_FALSE(wallVelocity(later, 0, kStep).has_value());
+}
+
 TEST_CASE("WallVelocity: particle velocities match their paths to second order in the frame", "[track]") {
     const auto [growing, slides] = GENERATE(table<bool, bool>({{false, false}, {true, false}, {true, true}}));
     const FlowInTime flow([growing = growing, slides = slides](double t) {
