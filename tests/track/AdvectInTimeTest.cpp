@@ -141,6 +141,21 @@ TEST_CASE("advect: no particle crosses a moving wall for any step size", "[track
     CHECK(particles.f[7] == flow.at(1).f().at<0>(p).value);
 }
 
+TEST_CASE("advect: a moving wall pushes particles that are just born, too", "[track]") {
+    const FlowInTime flow([](double t) {
+        const Sdf ball = placed(sphereSdf(0.5), {.offset = {{2 * t, 0, 0}}});
+        return turning(0, {.sdf = ball, .side = Side::outside, .width = 0.2});
+    });
+    Points born = particlesAt({{{0.51, 0, 0}}, {{0.7, 0.2, 0}}, {{1, 0, 0.1}}, {{0, 3, 0}}});
+    born.age.assign(born.size(), 0);
+    const AdvectResult result = advect(flow, born, 0, {.time = 0.5, .steps = 10, .byAge = true});
+    CHECK(result.outside == 0);
+    CHECK(result.overrun == 0);
+    for (size_t k = 0; k < born.size(); ++k) CHECK(length(position(born, k) - Vec3d{{1, 0, 0}}) > 0.5);
+    CHECK(position(born, 0)[0] > 1.4);
+    CHECK(position(born, 3) == Vec3d{{0, 3, 0}}); // the flow has not moved it yet
+}
+
 TEST_CASE("advect: particles at a moving wall have its normal velocity", "[track]") {
     const Vec3d velocity{{0.5, 0.2, 0}};
     const FlowInTime flow([&](double t) {
