@@ -3,6 +3,7 @@
 
 #include "curlew/base/Memory.h"
 #include "curlew/base/Random.h"
+#include "curlew/base/Require.h"
 #include "curlew/field/ForEachBatch.h"
 #include "curlew/track/Scatter.h"
 
@@ -64,6 +65,8 @@ void leaveSurface(const ScalarField& distance, const EmissionOptions& o, Points&
 
 Points emitted(const Domain& domain, const EmissionOptions& o, double duration, EmissionState& state,
                const Monitor& monitor) {
+    if (o.rate != 0) requirePositive(o.rate, "the rate of births");
+    if (duration != 0) requirePositive(duration, "the duration of a frame");
     std::vector<float> ages = agesOfBirths(o.rate, duration, state.rates);
     ScatterOptions place = o.place;
     place.seed = o.seed;
@@ -118,6 +121,7 @@ void wrap(Points& particles, const Box& box) {
     const std::array<std::vector<double>*, 3> axes{&particles.x, &particles.y, &particles.z};
     for (int axis = 0; axis < 3; ++axis) {
         const double lower = box.lower[axis], upper = box.upper[axis], period = upper - lower;
+        if (period == 0) continue;
         for (double& value : *axes[static_cast<size_t>(axis)]) {
             value -= period * std::floor((value - lower) / period);
             if (value >= upper) value = lower; // by rounding

@@ -48,6 +48,16 @@ TEST_CASE("emitted: lifetimes are spread around their mean and none has ended", 
     CHECK_THROWS_AS(emitted({.box = cube(1), .wall = {}}, {.rate = 1e15}, 1, state), ResourceError);
 }
 
+TEST_CASE("emitted: refuses a rate or a duration that is negative or not finite", "[track]") {
+    const Domain domain{.box = cube(1), .wall = {}};
+    EmissionState state;
+    for (const double bad : {-1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+        CHECK_THROWS_AS(emitted(domain, {.rate = bad}, 1, state), ValueError);
+        CHECK_THROWS_AS(emitted(domain, {}, bad, state), ValueError);
+    }
+    CHECK(state.rates == 0);
+}
+
 TEST_CASE("joinFlow: newborn particles get the velocity and track that advect would give them", "[track]") {
     const Flow flow(sinesF(), sinesG());
     Points others = particlesAt({{{0, 0, 0}}}), born = particlesAt(randomPoints(cube(1), 100, 1)), plain = born;
@@ -81,6 +91,13 @@ TEST_CASE("wrap: moves positions into the box by whole periods", "[track]") {
             const double periods = (before[k][axis] - x) / period;
             CHECK(periods == Approx(std::round(periods)).margin(1e-12));
         }
+    // A flat box has no period along its normal.
+    const Box flat{{{0, -1, 2}}, {{2, 1, 2}}};
+    wrap(points, flat);
+    for (size_t k = 0; k < points.size(); ++k) {
+        CHECK(flat.lower[1] <= points.position(k)[1]);
+        CHECK(std::isfinite(points.position(k)[2]));
+    }
     Box infinite = box;
     infinite.upper[0] = std::numeric_limits<double>::infinity();
     CHECK_THROWS_AS(wrap(points, infinite), ValueError);

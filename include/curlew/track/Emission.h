@@ -31,8 +31,8 @@ struct EmissionState {
 /// Returns the particles born in a frame of `duration` seconds: uniform in the domain and evenly spaced in time, with
 /// position, id, and age at the end of the frame; also with a life if `life` is finite. Particle `id` depends only on
 /// the seed and its id. After any number of frames of equal rate and duration, the number of births is that of one long
-/// frame. Particles whose life ends within the frame are left out. Throws like scatter(), and ResourceError if the
-/// births do not fit into memory.
+/// frame. Particles whose life ends within the frame are left out. Throws ValueError if the rate or the duration is
+/// negative or not finite, like scatter(), and ResourceError if the births do not fit into memory.
 Points emitted(const Domain& domain, const EmissionOptions& options, double duration, EmissionState& state,
                const Monitor& monitor = {});
 
@@ -43,7 +43,8 @@ void joinFlow(const Flow& flow, const Points& others, Points& born);
 /// box.
 std::vector<uint8_t> flagBeyondWall(const Points& particles, const Domain& domain, const Monitor& monitor = {});
 
-/// Wraps particles that have left the box to its opposite face, as in a space that is periodic in the box.
+/// Wraps particles that have left the box to its opposite face, as in a space that is periodic in the box. Along an
+/// axis in which the box has no extent, particles stay where they are. Throws ValueError if the box is infinite.
 void wrap(Points& particles, const Box& box);
 
 } // namespace curlew
