@@ -258,6 +258,29 @@ TEST_CASE("shapes: value is exact and derivatives finite where no gradient exist
     check(gyroidSdf(1, 0.2), {{0, 0, 0}}, -0.1);
 }
 
+TEST_CASE("shapes: the distance of a NaN position is NaN", "[field]") {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    std::vector<Shape> shapes = allShapes();
+    shapes.push_back({"gyroid", gyroidSdf(1, 0.2), {}, {}});
+    for (const Shape& shape : shapes)
+        for (const Vec3d& start : {Vec3d{{0.05, 0.1, -0.02}}, Vec3d{{3, 4, -2}}})
+            for (int axis = 0; axis < 3; ++axis) {
+                Vec3d p = start;
+                p[axis] = nan;
+                CAPTURE(shape.name, axis);
+                CHECK(std::isnan(shape.sdf.distance.at<0>(p).value));
+                PointBatch points; // the kernels on lanes
+                for (int k = 0; k < kBatch; ++k) points.push(k == 3 ? p : start);
+                JetBatch<double, 0> doubles;
+                JetBatch<float, 1> floats;
+                shape.sdf.distance.eval(points, doubles);
+                shape.sdf.distance.eval(points, floats);
+                CHECK(std::isnan(doubles[3].value));
+                CHECK(std::isnan(floats[3].value));
+                CHECK(doubles[4].value == distanceAt(shape.sdf, start));
+            }
+}
+
 TEST_CASE("placed: a placed shape is moved and rotated and scaled", "[field]") {
     const Placement placement =
         GENERATE(Placement{.offset = {{1, -2, 3}}}, Placement{.scale = {{2, 2, 2}}},

@@ -10,14 +10,23 @@
 
 /// The shapes. Each has its sizes as members; `check()`, which throws ValueError if a size is out of range; `bounds()`,
 /// a box that contains the inside; and its signed distance as a formula on jets p of the coordinates, where k turns
-/// constants into jets. A formula that is only a lower bound on the distance declares `static constexpr double kReach =
-/// 0` (SdfN::reach). Units are world units. A new shape must also be added to CURLEW_SHAPES below.
+/// constants into jets. The distance of a NaN position is NaN. A formula that is only a lower bound on the distance
+/// declares `static constexpr double kReach = 0` (SdfN::reach). Units are world units. A new shape must also be added
+/// to CURLEW_SHAPES below.
 namespace curlew::shapes {
 
-/// Returns the root of a sum of squares; zero, with zero derivatives, where the sum is zero.
+/// Returns the root of a sum of squares; zero, with zero derivatives, where the sum is zero. A NaN stays NaN.
 template <class J>
 J norm(const J& squares) {
-    return select(squares.value > decltype(squares.value)(0), sqrt(squares), J());
+    return select(squares.value == decltype(squares.value)(0), J(), sqrt(squares));
+}
+
+/// Returns norm(squares) outside, where one of the coordinates whose squares are summed is positive, and inside the
+/// largest of these coordinates. Both are negative or zero inside, so the sum is zero there; it is NaN if one is NaN.
+template <class J>
+J outsideOrDeepest(const J& squares, const J& deepest) {
+    const decltype(deepest.value) zero(0);
+    return select((deepest.value <= zero) & (squares.value == zero), deepest, norm(squares));
 }
 
 template <int N>
@@ -65,7 +74,7 @@ struct RoundedBox {
             squares = squares + out * out;
             deepest = max(deepest, q);
         }
-        return select(deepest.value > zero.value, norm(squares), deepest) - k(rounding);
+        return outsideOrDeepest(squares, deepest) - k(rounding);
     }
 };
 
@@ -122,7 +131,7 @@ struct Cylinder {
         const auto zero = k(0), side = norm(p[0] * p[0] + p[2] * p[2]) - k(radius - rounding),
                    cap = abs(p[1]) - k(length / 2 - rounding);
         const auto deepest = max(side, cap), besideIt = max(side, zero), aboveIt = max(cap, zero);
-        return select(deepest.value > zero.value, norm(besideIt * besideIt + aboveIt * aboveIt), deepest) - k(rounding);
+        return outsideOrDeepest(besideIt * besideIt + aboveIt * aboveIt, deepest) - k(rounding);
     }
 };
 
