@@ -152,7 +152,8 @@ DomainN<2> inPlane(const Domain& domain) {
                                   .bounds = flatBox(sdf.bounds),
                                   .reach = 0, // the surface may be farther away within the plane than in space
                                   .lipschitz = sdf.lipschitz},
-                          .side = domain.wall->side};
+                          .side = domain.wall->side,
+                          .width = domain.wall->width};
     return plane;
 }
 

@@ -243,3 +243,12 @@ TEST_CASE("jitteredLattice: gives the requested count inside the wall in 3D and 
     CHECK_THROWS_AS(jitteredLattice(elsewhere, {.spacing = 0.1}), ValueError);
     CHECK_THROWS_AS(jitteredLattice(elsewhere, {.count = 100}), ValueError);
 }
+
+TEST_CASE("inPlane: keeps the box, the wall and its width", "[track]") {
+    const DomainN<2> plane =
+        inPlane({.box = cube(1), .wall = Wall{.sdf = sphereSdf(0.8), .side = Side::outside, .width = 0.37}});
+    CHECK(plane.box.upper == Vec<double, 2>{{1, 1}});
+    CHECK(plane.wall->side == Side::outside);
+    CHECK(plane.wall->width == 0.37);
+    CHECK(plane.wall->sdf.distance.at<0>({{0, 1}}).value == Approx(0.2));
+}
