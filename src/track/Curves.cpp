@@ -88,7 +88,8 @@ Curves curvesOf(const std::vector<Polyline>& polylines) {
         curves.id.push_back(line.id);
         curves.upstream.push_back(line.closed ? CurveEnd::closed : CurveEnd::seed);
         curves.downstream.push_back(line.closed ? CurveEnd::closed : CurveEnd::limit);
-        curves.length.push_back(along + (line.closed ? length(line.points.front() - line.points.back()) : 0));
+        const bool closes = line.closed && !line.points.empty();
+        curves.length.push_back(along + (closes ? length(line.points.front() - line.points.back()) : 0));
         curves.gap.push_back(0);
     }
     for (auto* velocities : {&curves.vx, &curves.vy, &curves.vz}) velocities->assign(curves.x.size(), 0);
@@ -98,6 +99,9 @@ Curves curvesOf(const std::vector<Polyline>& polylines) {
 Curves curvesOf(const std::vector<Vec3d>& vertices, const std::vector<CurveEdge>& edges,
                 const std::vector<int64_t>& ids) {
     checkEdges(vertices, edges);
+    if (!ids.empty() && ids.size() != vertices.size())
+        throw ValueError(
+            fmt::format("{} ids for {} vertices; give one per vertex, or none", ids.size(), vertices.size()));
     std::vector<Polyline> polylines;
     for (auto& chain : EdgeChains(edges, vertices.size()).chains()) {
         const bool loop = chain.front() == chain.back();

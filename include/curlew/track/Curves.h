@@ -74,7 +74,8 @@ struct Polyline {
     int64_t id = 0;
 };
 
-/// Returns drawn curves. Their seeds are their first points, velocities are zero.
+/// Returns drawn curves, one per polyline, even if that has no points. Their seeds are their first points, velocities
+/// are zero.
 Curves curvesOf(const std::vector<Polyline>& polylines);
 
 /// The indices of two vertices.
@@ -84,7 +85,7 @@ using CurveEdge = std::array<uint32_t, 2>;
 /// if it can, a closed one at that of its first edge. Curves with ends come first. Vertices without edges are left out.
 /// The ids count the curves, or are those of their first vertices if `ids` is not empty. Throws ValueError, naming the
 /// edge or the vertex, if an edge joins a vertex to itself or to one that does not exist, or if a coordinate is not
-/// finite.
+/// finite; and if there are ids, but not one per vertex.
 Curves curvesOf(const std::vector<Vec3d>& vertices, const std::vector<CurveEdge>& edges,
                 const std::vector<int64_t>& ids = {});
 
