@@ -102,7 +102,7 @@ void rejectChords(const DomainN<N>& domain, const PointBatchN<N>& from, const Po
         if (!accepted[static_cast<size_t>(i)]) continue;
         const Vec<double, N> move = to[i] - from[i];
         const double chord = length(move);
-        if (std::abs(distance[static_cast<size_t>(i)]) > chord) continue;
+        if (std::abs(distance[static_cast<size_t>(i)]) > wall.sdf.lipschitz * chord) continue;
         if (chord > wall.width) {
             accepted[static_cast<size_t>(i)] = false;
             continue;

@@ -626,6 +626,19 @@ TEST_CASE("advect: no step is longer than maxStep", "[track]") {
     CHECK_THROWS_AS(run(std::nan("")), ValueError);
 }
 
+TEST_CASE("advect: no step passes through a wall whose distance grows faster than the way to it", "[track]") {
+    Sdf ball = sphereSdf(0.565);
+    ball.distance = 4.0 * ball.distance;
+    ball.lipschitz = 4;
+    const Domain domain{.box = cube(2), .wall = Wall{.sdf = ball, .side = Side::outside, .width = 3}};
+    const Vec3d from{{0, 0.84, 0}}, to{{0.565, 0.06, 0}}; // both outside, 0.07 deep between them
+    Points particles = particlesAt({from});
+    const AdvectResult result = advect(uniformFlow(to - from, domain), particles, {.time = 1, .steps = 1});
+    CHECK(result.retries > 0);
+    CHECK(result.notConverged == 1);
+    CHECK(position(particles, 0)[1] > 0.3);
+}
+
 TEST_CASE("advect: f and g do not drift over thousands of steps", "[track]") {
     Points particles = scatter(sphereFlow().domain(), 64, 3);
     const Points start = particles;
