@@ -32,13 +32,14 @@ inline Vec3d rotationVector(const Matrix3& R) {
     const Vec3d w = Vec3d{{R[2][1] - R[1][2], R[0][2] - R[2][0], R[1][0] - R[0][1]}} * 0.5; // sin(angle) axis
     const double sine = length(w), cosine = (R[0][0] + R[1][1] + R[2][2] - 1) / 2, angle = std::atan2(sine, cosine);
     if (cosine > 0 || sine > 1e-6) return sine > 0 ? w * (angle / sine) : Vec3d{};
-    // Half a turn: R + 1 = 2 axis axisᵀ.
+    // Half a turn, or nearly so: the symmetric part of R is 2 axis axisᵀ - 1, but does not show the axis's sign.
     int most = 0;
     for (int i = 1; i < 3; ++i)
         if (R[i][i] > R[most][most]) most = i;
-    Vec3d axis = R[most];
+    Vec3d axis;
+    for (int i = 0; i < 3; ++i) axis[i] = 0.5 * (R[most][i] + R[i][most]);
     axis[most] += 1;
-    return axis * (angle / length(axis));
+    return axis * ((dot(axis, w) < 0 ? -angle : angle) / length(axis));
 }
 
 } // namespace curlew
