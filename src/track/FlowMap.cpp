@@ -54,7 +54,7 @@ FlowMap::FlowMap(FlowInTime flow, const FlowMapOptions& options) : mFlow(std::mo
 int FlowMap::steps(double from, double to) const {
     const double frozen = mFlow.steady() ? std::numeric_limits<double>::infinity() : kFrozenSeconds;
     const double step = mOptions.step > 0 ? mOptions.step : frozen;
-    return std::max(stepsOf(to - from, step), from == to ? 0 : 1);
+    return stepsOf(to - from, step);
 }
 
 AdvectOptions FlowMap::advectOptions(double time, int count, const Domain& domain) const {

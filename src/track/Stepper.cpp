@@ -58,7 +58,7 @@ int stepsOf(double time, double maxStep) {
         throw ValueError(
             fmt::format("{} s in steps of {} s takes {:.3g} steps; give a finite time and at most 1e9 steps", time,
                         maxStep, steps));
-    return static_cast<int>(std::max(steps, 0.0));
+    return static_cast<int>(std::max(steps, time == 0 ? 0.0 : 1.0));
 }
 
 template <int N>

@@ -245,3 +245,12 @@ TEST_CASE("step: stages are evaluated at their nodes in time", "[track]") {
     step(scheme, from, dt, velocity, stages, to);
     CHECK(to[0][0] == Approx(1 + std::pow(0.5, order)).epsilon(1e-14));
 }
+
+TEST_CASE("stepsOf: takes at least one step for any time but zero", "[track]") {
+    CHECK(stepsOf(0, 0.1) == 0);
+    CHECK(stepsOf(1e-12, 0.1) == 1);
+    CHECK(stepsOf(-1e-300, 0.1) == 1);
+    CHECK(stepsOf(0.3, 0.1) == 3); // despite rounding
+    CHECK(stepsOf(-0.31, 0.1) == 4);
+    CHECK_THROWS_AS(stepsOf(std::nan(""), 0.1), ValueError);
+}

@@ -46,8 +46,8 @@ struct Tableau {
 /// Returns the tableau of a scheme. It is immutable and lives as long as the program.
 const Tableau& tableauOf(Scheme scheme);
 
-/// Returns the number of equal steps, none longer than maxStep, that divide a time of either sign, seconds; 0 if the
-/// time is 0. Throws ValueError if the number is not finite or above 1e9.
+/// Returns the number of equal steps, none longer than maxStep except for rounding, that divide a time of either sign,
+/// seconds: 0 if the time is 0, else at least 1. Throws ValueError if the number is not finite or above 1e9.
 int stepsOf(double time, double maxStep);
 
 /// to = from + (fraction dt) velocity, with a time step for each point.
