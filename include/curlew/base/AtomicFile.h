@@ -31,8 +31,8 @@ void writeAtomically(const std::filesystem::path& path,
 void writeAtomically(const std::filesystem::path& path, const std::function<void(std::ostream&)>& write,
                      const std::function<bool()>& cancelled = {});
 
-/// Removes the temporary files of all calls of writeAtomically() in this process, which must then end without returning
-/// to them. For programs that end at once; safe in a signal handler.
+/// Removes the temporary files of the calls of writeAtomically() that run in this process, up to 64 at a time. The
+/// process must then end without returning to them. For programs that end at once; safe in a signal handler.
 void removeUnfinishedFiles() noexcept;
 
 /// Throws FileError if writeAtomically(path) would fail now. Call it before a long computation, to fail early.

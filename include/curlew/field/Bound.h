@@ -65,8 +65,8 @@ struct BoundOptions {
 /// At the wall, g is the distance. Beyond the layer, it is the noise plus a constant, half of the width. (Eq. 13 as
 /// printed has (1 - alpha) d instead of D. Its slope changes sign in the layer, so the flow would be slow there and
 /// faster beyond.) The gradient has all terms, so divergence-free vector noise (DFVN) made of g is divergence-free. On
-/// the side of the wall where no flow is allowed, g is the distance itself. It is C² where the noise and the distance
-/// are.
+/// the side of the wall where no flow is allowed, g is the distance itself. The term of `variation` is added on both
+/// sides of the wall. g is C² where the noise and the distance are.
 ///
 /// Throws ValueError if the width is not positive, if `variation` is not in [0, 1), if the noise is constant, or if an
 /// option requires a noise with a finite range and this one has none.

@@ -35,8 +35,8 @@ struct ParsedFormula {
 ///   2002). The arguments of length and dot may also be written out: length(x, y).
 ///
 /// Throws ValueError, with the column, if the text is not a formula, if a name is unknown, or if a function is not
-/// differentiable where its argument may lie: an argument of log, a base of a fractional power or a divisor must have a
-/// known range without zero.
+/// differentiable where its argument may lie: a divisor must have a known range without zero; an argument of log, and
+/// the base of a power whose exponent is fractional or beyond ±64, such as x^100, a known range of positive numbers.
 template <int N>
 ParsedFormula<N> parsedFormula(std::string_view text, const NamedFields<N>& fields = {});
 

@@ -22,9 +22,11 @@ struct CarryOptions {
 /// where their third derivatives do. It has no third derivatives of its own, so it can neither displace nor advect
 /// another field (ValueError).
 ///
-/// Costs 4 `steps` evaluations of the flow's potentials with derivatives of one order more. N = 2, 3. Throws ValueError
-/// if the flow is normalised, if the time is not finite, if `steps` is not in 1 … 1000, or if a potential has no third
-/// derivatives. Immutable; safe to share between threads.
+/// Costs 4 `steps` evaluations of the flow's potentials with derivatives of one order more, and one of the field. N =
+/// 2,
+/// 3. Throws ValueError if the flow is normalised, preserves the area of level sets or has no potentials, if the time
+/// is not finite, if `steps` is not in 1 … 1000, or if a potential has no third derivatives. Immutable; safe to share
+/// between threads.
 template <int N>
 ScalarFieldN<N> carried(const ScalarFieldN<N>& field, const FlowN<N>& flow, const CarryOptions& options = {});
 

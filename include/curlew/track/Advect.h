@@ -55,9 +55,10 @@ double defaultAccuracy(const DomainN<N>& domain);
 template <int N>
 struct AdvectResultN {
     size_t points = 0;
-    size_t notConverged = 0;   ///< Points with a step that was not taken: its shortest part missed the track.
-    size_t stalled = 0;        ///< Number of such steps.
-    size_t outside = 0;        ///< Points on the wrong side of the wall, or exactly on it, at the end.
+    size_t notConverged = 0; ///< Points with a step that was not taken: its shortest part missed the track.
+    size_t stalled = 0;      ///< Number of such steps.
+    /// Points that at the end are on the wrong side of the wall, or closer to it than float rounding (classify()).
+    size_t outside = 0;
     size_t substeps = 0;       ///< Steps and parts of steps taken.
     size_t retries = 0;        ///< Steps that were subdivided and redone.
     size_t coarse = 0;         ///< Substeps that exceed `accuracy` or `maxStep` but could not be shortened.
@@ -66,7 +67,8 @@ struct AdvectResultN {
     /// Estimated position error, world units: the sum of the estimates of a point's steps, its mean over the points and
     /// its maximum. Where the flow is slow, the estimates are weighted as delays (see `accuracy`). The sum ignores that
     /// a flow which stretches distances amplifies earlier errors. Each estimate is that of the less accurate solution
-    /// of the pair, so it is pessimistic. 0 for schemes without estimates.
+    /// of the pair, so it is pessimistic. Of several parts of the time, the maxima are added, so errorMax is then only
+    /// an upper bound on that of one point. 0 for schemes without estimates.
     double errorMean = 0, errorMax = 0;
     size_t moments = 0;  ///< Number of times at which a time-dependent flow was frozen.
     double freezing = 0; ///< Mean estimated position error due to freezing, world units. 0: unknown.

@@ -44,7 +44,9 @@ struct Curves {
     std::vector<size_t> start{0};
     std::vector<int64_t> id;                    ///< Id of the seed.
     std::vector<CurveEnd> upstream, downstream; ///< Either both are `closed` or neither is.
-    std::vector<double> length; ///< World units, including the closing edge; fourth order in the step size.
+    /// World units, including the closing edge. Fourth order in the step size; that of pathlines is the sum of their
+    /// chords, so second order.
+    std::vector<double> length;
     std::vector<double> gap; ///< Distance from the seed at which a closed curve returned, world units; 0 for open ones.
 
     size_t size() const { return id.size(); }

@@ -68,7 +68,8 @@ FlowDiagnostics diagnoseFlow(const Flow& flow, size_t samples = 100000, const Mo
 
 struct ParticleDiagnostics {
     size_t points = 0;
-    size_t outside = 0;      ///< On the wrong side of the wall, or on it.
+    /// Points on the wrong side of the wall, or closer to the wall than float rounding (classify()).
+    size_t outside = 0;
     size_t notConverged = 0; ///< Points that some step could not return to their track.
     double penetration = 0; ///< Largest distance beyond the wall, world units; negative if all points keep clear of it.
     double driftF = 0, driftG = 0; ///< rms of f - f0 and g - g0 over the converged points, relative to the rms of f and

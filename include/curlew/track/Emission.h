@@ -39,8 +39,8 @@ Points emitted(const Domain& domain, const EmissionOptions& options, double dura
 /// Gives `born` the arrays that `others` have: the velocity of the flow, and the track on which each particle starts.
 void joinFlow(const Flow& flow, const Points& others, Points& born);
 
-/// Returns one flag per particle: 1 if the particle is on a side of the domain's wall that is not allowed. Ignores the
-/// box.
+/// Returns one flag per particle: 1 if the particle is on a side of the domain's wall that is not allowed, or closer to
+/// the wall than float rounding (classify()). Ignores the box.
 std::vector<uint8_t> flagBeyondWall(const Points& particles, const Domain& domain, const Monitor& monitor = {});
 
 /// Wraps particles that have left the box to its opposite face, as in a space that is periodic in the box. Along an

@@ -17,7 +17,8 @@ struct VolumeChange {
 /// with each position, using the Hessians of the potentials. The rk45 steps are short enough that the errors of the
 /// position, relative to the size of the domain, and of the determinant are below about 1e-9 per step. Of `options`
 /// only the time counts, and in a time-dependent flow the number of times at which it is frozen. The effect of a moving
-/// wall is measured by central differences. Throws like advect() with these options.
+/// wall is measured by central differences. Throws ValueError if a time is not finite, or if the box of the flow's
+/// domain is infinite or a point; Interrupted on cancellation.
 VolumeChange volumeChange(const FlowInTime& flow, const std::vector<Vec3d>& positions, double begin,
                           const AdvectOptions& options, const Monitor& monitor = {});
 
