@@ -29,7 +29,7 @@
 namespace curlew {
 
 /// What comes before the bytes of a part, or instead of more parts.
-struct PartReader::Heading {
+struct PartReader::Header {
     enum class Kind : uint64_t { part = 1, done, valueError, fileError, resourceError };
     Kind kind = Kind::part;
     uint64_t size = 0; ///< Bytes of the part or of the error's message.
@@ -191,16 +191,16 @@ bool writeAll(int file, const void* data, size_t bytes) {
 }
 
 /// In the reader process: reports the end of its parts, or an error instead of them. Returns whether that was possible.
-bool answer(PartReader::Heading::Kind kind, std::string_view message = {}) {
-    const PartReader::Heading heading{.kind = kind, .size = message.size()};
-    return writeAll(kResult, &heading, sizeof heading) && writeAll(kResult, message.data(), message.size());
+bool answer(PartReader::Header::Kind kind, std::string_view message = {}) {
+    const PartReader::Header header{.kind = kind, .size = message.size()};
+    return writeAll(kResult, &header, sizeof header) && writeAll(kResult, message.data(), message.size());
 }
 
 constexpr std::string_view kNoMemory = "out of memory while reading the file; free some memory";
 
 /// In the reader process: an exception left a destructor or a thread, so memory or threads are short.
 [[noreturn]] void answerAndEnd() {
-    constexpr auto kind = PartReader::Heading::Kind::resourceError;
+    constexpr auto kind = PartReader::Header::Kind::resourceError;
     if (const std::exception_ptr thrown = std::current_exception()) try {
             std::rethrow_exception(thrown);
         } catch (const std::bad_alloc&) {
@@ -253,39 +253,39 @@ class ProcessSource final : public PartSource {
 
 // NOLINTNEXTLINE(readability-make-member-function-const): it writes to the file
 void PartWriter::part(const void* data, size_t bytes) {
-    const PartReader::Heading heading{.size = bytes};
-    if (!writeAll(mFile, &heading, sizeof heading) || !writeAll(mFile, data, bytes))
+    const PartReader::Header header{.size = bytes};
+    if (!writeAll(mFile, &header, sizeof header) || !writeAll(mFile, data, bytes))
         throw FileError(fmt::format("cannot pass on the data that was read: {}", std::strerror(errno)));
 }
 
-/// Takes the next heading. Throws the error that it announces.
-PartReader::Heading PartReader::next() {
-    Heading heading;
-    mSource->take(&heading, sizeof heading);
-    if (heading.size > mLeft) throw damaged();
-    mLeft -= heading.size;
+/// Takes the next header. Throws the error that it announces.
+PartReader::Header PartReader::next() {
+    Header header;
+    mSource->take(&header, sizeof header);
+    if (header.size > mLeft) throw damaged();
+    mLeft -= header.size;
     const auto message = [&] {
         constexpr uint64_t longest = 1 << 16;
-        std::string text(std::min(heading.size, longest), '\0');
+        std::string text(std::min(header.size, longest), '\0');
         mSource->take(text.data(), text.size());
         return text;
     };
-    switch (heading.kind) {
-        case Heading::Kind::valueError:
+    switch (header.kind) {
+        case Header::Kind::valueError:
             throw ValueError(message());
-        case Heading::Kind::fileError:
+        case Header::Kind::fileError:
             throw FileError(message());
-        case Heading::Kind::resourceError:
+        case Header::Kind::resourceError:
             throw ResourceError(message());
         default:
-            return heading;
+            return header;
     }
 }
 
 size_t PartReader::nextSize() {
-    const Heading heading = next();
-    if (heading.kind != Heading::Kind::part) throw damaged();
-    return heading.size;
+    const Header header = next();
+    if (header.kind != Header::Kind::part) throw damaged();
+    return header.size;
 }
 
 /// Asks the system for huge pages: page faults would take a third of the time in which an array is received.
@@ -302,7 +302,7 @@ std::string PartReader::text() {
 }
 
 void PartReader::finish() {
-    if (next().kind != Heading::Kind::done) throw damaged();
+    if (next().kind != Header::Kind::done) throw damaged();
 }
 
 FileError PartReader::damaged() const {
@@ -348,7 +348,7 @@ int runIsolatedReader(const std::vector<std::string>& arguments, IsolatedReader 
     const rlimit processor{seconds, seconds + 5};
     setrlimit(RLIMIT_CPU, &processor);
 
-    using Kind = PartReader::Heading::Kind;
+    using Kind = PartReader::Header::Kind;
     const auto fail = [](Kind kind, std::string_view message) {
         answer(kind, message);
         return EXIT_FAILURE;

@@ -236,7 +236,7 @@ constexpr double kBent = 0.2;
 /// Moves the particles with the wall from one time to another. A wall that changes its form is interpolated linearly
 /// between its two distances (WallMotion). If the wall halfway differs from that, as with a thin limb that moves
 /// farther than its thickness, each half is followed separately. Returns the number of points that the wall ran over.
-size_t followWall(const FlowInTime& flow, const FlowAt& from, const FlowAt& to, Points& particles, int halvings,
+size_t followWall(const FlowInTime& flow, const FlowAt& from, const FlowAt& to, Points& particles, int subdivisions,
                   const Monitor& monitor) {
     const auto &before = from.flow.domain().wall, &after = to.flow.domain().wall;
     if (!before && !after) return 0;
@@ -247,19 +247,19 @@ size_t followWall(const FlowInTime& flow, const FlowAt& from, const FlowAt& to, 
     const Box& box = from.flow.domain().box;
     const WallMotion motion(*before, *after, box, to.time - from.time);
     constexpr double kFar = 0.25; // relative to the layer
-    if (halvings == 0 || motion.maxChange() <= kFar * before->width) return motion.carry(particles, monitor);
+    if (subdivisions == 0 || motion.maxChange() <= kFar * before->width) return motion.carry(particles, monitor);
     const double time = (from.time + to.time) / 2;
     const FlowAt middle{time, flow.at(time)};
     const auto& halfway = middle.flow.domain().wall;
     requireWall(halfway.has_value());
     if (offMean(*before, *halfway, *after, box) <= kBent * before->width) return motion.carry(particles, monitor);
-    const size_t overrun = followWall(flow, from, middle, particles, halvings - 1, monitor);
-    return overrun + followWall(flow, middle, to, particles, halvings - 1, monitor);
+    const size_t overrun = followWall(flow, from, middle, particles, subdivisions - 1, monitor);
+    return overrun + followWall(flow, middle, to, particles, subdivisions - 1, monitor);
 }
 
 /// Returns how often the halves of a step may be halved to follow the wall. If the wall moved along a parabola, each
 /// half would deviate from its mean by a quarter of the whole step's deviation; returns 0 if that quarter is tolerable.
-int halvingsFor(const FlowAt& before, const FlowAt& middle, const FlowAt& after) {
+int subdivisionsFor(const FlowAt& before, const FlowAt& middle, const FlowAt& after) {
     const auto &from = before.flow.domain().wall, &halfway = middle.flow.domain().wall, &to = after.flow.domain().wall;
     const bool straight =
         from && halfway && to && offMean(*from, *halfway, *to, before.flow.domain().box) <= 4 * kBent * from->width;
@@ -307,12 +307,12 @@ AdvectResult detail::advectPart(const FlowInTime& flow, Points& particles, doubl
     };
     for (int k = 0; k < count; ++k) {
         const FlowAt middle = flowAt(k + 0.5), after = flowAt(k + 1);
-        const int halvings = halvingsFor(before, middle, after);
-        total.overrun += followWall(flow, before, middle, particles, halvings, unreported);
+        const int subdivisions = subdivisionsFor(before, middle, after);
+        total.overrun += followWall(flow, before, middle, particles, subdivisions, unreported);
         particles.f.clear(); // tracks of the previous step
         particles.g.clear();
         total += advectInOrder(middle.flow, rms, particles, order, one, wholeTime, unreported);
-        total.overrun += followWall(flow, middle, after, particles, halvings, unreported);
+        total.overrun += followWall(flow, middle, after, particles, subdivisions, unreported);
         before = after;
         if (monitor.report) monitor.report((k + 1.0) / count);
     }

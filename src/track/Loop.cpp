@@ -59,7 +59,7 @@ class LoopedPoints::Implementation {
         const FlowRms rms = rmsOf(flow, monitor.quiet());
         mReprojection = inUnitsOf(rms, options.reprojection);
         const LoopSetup setup{.stepper = {flow, StepBy::time, Scheme::dormandPrince, mReprojection, StepGuard{}},
-                              .longest = options.duration / 8,
+                              .maxStep = options.duration / 8,
                               .firstChord = length(flow.domain().box.size()) / 100,
                               .accuracy = options.accuracy > 0 ? options.accuracy : defaultAccuracy(flow.domain()),
                               .vertices = options.vertices};

@@ -10,7 +10,7 @@ namespace curlew {
 /// The parameters that all tracks of a loop share.
 struct LoopSetup {
     GuardedStepper<3> stepper; ///< Steps by time.
-    double longest;            ///< Maximum step, seconds.
+    double maxStep;            ///< Maximum step, seconds.
     double firstChord;         ///< Upper bound on the first step of a track, world units.
     double accuracy;           ///< Upper bound on the estimated error of a step, world units.
     size_t vertices;           ///< Maximum per track.
@@ -31,7 +31,7 @@ struct LoopLine {
     size_t coarse = 0; ///< Steps that exceed the accuracy but could not be shortened.
 };
 
-/// Follows up to kBatch tracks at once in one direction, +1 along the flow, -1 against it. Step lengths are the longest
+/// Follows up to kBatch tracks at once in one direction, +1 along the flow, -1 against it. Step lengths are the maximum
 /// step divided by powers of two.
 class LoopTracer {
   public:
@@ -55,7 +55,7 @@ class LoopTracer {
     };
 
     double timeLeft(const TipState& tip) const { return tip.limit - std::abs(last(tip).time); }
-    double stepOf(int part) const { return mSetup.longest * part / kWhole; }
+    double stepOf(int part) const { return mSetup.maxStep * part / kWhole; }
     const LoopVertex& last(const TipState& tip) const { return mLines[tip.line].vertices.back(); }
     void advance();
     /// Accepts step i, of length dt, or shortens the next try. Returns whether the line continues.

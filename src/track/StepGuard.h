@@ -138,8 +138,8 @@ struct StepDemands {
 };
 
 /// Takes one step of every tip of a batch, reprojects it, and accepts or rejects it. Particles, streamlines, flow maps
-/// and image warps all use it. (What has no track to return to uses step(): a warp with a given number of steps, as ICN
-/// measures it, and points that a moving wall pushes.)
+/// and image warps all use it. Code whose points have no track calls step() directly: a warp with a given number of
+/// steps, as ICN measures it, and points that a moving wall pushes.
 template <int N>
 class GuardedStepper {
   public:

@@ -18,7 +18,7 @@ void Tracer::add(size_t line, const ActiveTipsN<3>& seeds, int seed) {
     const auto k = static_cast<size_t>(seed);
     l.vertices = {{position, velocity, {seeds.track[0][k], seeds.track[1][k]}, 0}};
     l.end = CurveEnd::stagnation;
-    if (mSetup.stands(velocity)) return;
+    if (mSetup.stagnates(velocity)) return;
     mTips.copy(mTips.position.size++, seeds, seed);
     mTipStates.push_back({line, whole(), {position, velocity * (mSign / length(velocity))}});
 }
@@ -83,7 +83,7 @@ std::optional<CurveEnd> Tracer::acceptStep(const TipState& tip, int i, const Ste
         return CurveEnd::box;
     }
     push(tip, i, step, i, dt);
-    if (mSetup.stands(step.reprojected.velocity[i])) return CurveEnd::stagnation;
+    if (mSetup.stagnates(step.reprojected.velocity[i])) return CurveEnd::stagnation;
     if (o.limit - std::abs(last(tip).along) <= 1e-9 * o.step) return CurveEnd::limit;
     if (mLines[tip.line].vertices.size() >= o.vertices) return CurveEnd::vertices;
     return {};

@@ -15,7 +15,7 @@ struct TraceSetup {
     FlowRms rms;
     double cosTurn, cosHalfTurn; ///< Cosines of the maximum turn of a step and of half of it.
 
-    bool stands(const Vec3d& velocity) const {
+    bool stagnates(const Vec3d& velocity) const {
         const double speed = length(velocity);
         return !(speed > 0) || !(speed >= options.stagnation * rms.speed);
     }

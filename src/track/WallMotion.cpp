@@ -95,8 +95,8 @@ WallMotion::WallMotion(const Wall& from, const Wall& to, const Box& box, double 
     : mFrom(from), mTo(to), mBox(box), mSeconds(seconds) {
     if (from.side != to.side) throw ValueError("the flow cannot change sides of a moving wall");
     const Pose &before = from.sdf.pose, &after = to.sdf.pose;
-    const bool posed = before.axes == after.axes && before.origin == after.origin;
-    if (posed) {
+    const bool samePose = before.axes == after.axes && before.origin == after.origin;
+    if (samePose) {
         mMaxChange = greatestDifference(from, to, box, stay);
         if (seconds != 0 && from.sdf.surfaceVelocity && to.sdf.surfaceVelocity)
             mSlide = std::abs(seconds) * std::max(mostSpeed(from.sdf), mostSpeed(to.sdf));

@@ -76,12 +76,12 @@ class PartReader {
     void finish();                        ///< After the last part: throws unless the reader has ended with success.
     FileError damaged() const;
 
-    struct Heading;
+    struct Header;
 
   private:
     static constexpr size_t kStep = 1 << 18;
 
-    Heading next();
+    Header next();
     size_t nextSize();
     static void useHugePages(void* memory, size_t bytes);
 

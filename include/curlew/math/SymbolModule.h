@@ -88,7 +88,7 @@ class SymbolModule;
 /// A recorded function. Nodes refer to earlier nodes only.
 struct SymbolFunction {
     SymbolModule* module = nullptr;
-    std::string name; ///< Of what it computes; not unique.
+    std::string name; ///< Says what the function computes; not unique.
     std::vector<SymbolType> parameters;
     std::vector<SymbolNode> nodes;
     std::vector<SymbolCall> calls;
@@ -118,7 +118,7 @@ struct SymbolTable {
 
 /// Elements that are too many to be written into a text: words of 32 bits, or floats.
 struct SymbolBuffer {
-    std::string name;                                  ///< The module gives it.
+    std::string name;                                  ///< Assigned by the module.
     SymbolType type;                                   ///< word or real
     std::shared_ptr<const std::vector<uint32_t>> data; ///< The words, or the bits of the floats.
     size_t width = 1;                                  ///< Numbers of an element: 1, or 4 reals (rows of tables).

@@ -25,8 +25,8 @@ class NeighboursN {
     /// if two points coincide, infinite if there is no other point.
     std::vector<double> nearestDistances(size_t stride = 1, const Monitor& monitor = {}) const;
 
-    /// Returns the index of the point nearest to each position; of one of them if several are. Throws ValueError if
-    /// there are no points.
+    /// Returns the index of the point nearest to each position. If several are equally near, returns one of them.
+    /// Throws ValueError if there are no points.
     std::vector<uint32_t> nearest(const std::vector<Vec<double, N>>& positions, const Monitor& monitor = {}) const;
 
     /// Adds to bin k the number of points at a distance of k to k + 1 widths from this point, without the point itself.
