@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/vdb/MeshMotion.h"
 
-#include <openvdb/math/Mat3.h>
-
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace curlew {
@@ -21,22 +20,37 @@ Vec3d meanOf(const Mesh& mesh) {
     return sum * (1 / static_cast<double>(mesh.points.size()));
 }
 
-/// Returns the eigenvectors of Hᵀ H, the one with the largest eigenvalue first.
+/// Turns axes p and q of a symmetric matrix so that its element (p, q) vanishes, and its eigenvectors so far with them.
+void turn(Matrix3& S, std::array<Vec3d, 3>& vectors, int p, int q) {
+    if (S[p][q] == 0) return;
+    const double ratio = (S[q][q] - S[p][p]) / (2 * S[p][q]);
+    const double tangent = std::copysign(1.0, ratio) / (std::abs(ratio) + std::sqrt(ratio * ratio + 1));
+    const double cosine = 1 / std::sqrt(tangent * tangent + 1), sine = tangent * cosine;
+    const auto pair = [&](double& a, double& b) {
+        const double old = a;
+        a = cosine * old - sine * b;
+        b = sine * old + cosine * b;
+    };
+    for (int k = 0; k < 3; ++k) pair(S[k][p], S[k][q]);
+    for (int k = 0; k < 3; ++k) pair(S[p][k], S[q][k]);
+    for (int k = 0; k < 3; ++k) pair(vectors[static_cast<size_t>(p)][k], vectors[static_cast<size_t>(q)][k]);
+}
+
+/// Returns the eigenvectors of Hᵀ H, the one with the largest eigenvalue first, by cyclic Jacobi rotations (Golub and
+/// Van Loan, Matrix Computations, 8.5). They are orthonormal even if eigenvalues are equal, as those of a ball; those
+/// of openvdb::math::diagonalizeSymmetricMatrix() are not.
 std::array<Vec3d, 3> rightVectors(const Matrix3& H) {
-    openvdb::Mat3d squared, vectors;
+    constexpr int kSweeps = 10; // the remaining elements are squared in each, so four suffice
+    Matrix3 S;
     for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
-            squared(i, j) = 0;
-            for (int k = 0; k < 3; ++k) squared(i, j) += H[k][i] * H[k][j];
-        }
-    openvdb::Vec3d values;
-    openvdb::math::diagonalizeSymmetricMatrix(squared, vectors, values);
+        for (int j = 0; j < 3; ++j) S[i][j] = H[0][i] * H[0][j] + H[1][i] * H[1][j] + H[2][i] * H[2][j];
+    std::array<Vec3d, 3> vectors{Vec3d{{1, 0, 0}}, Vec3d{{0, 1, 0}}, Vec3d{{0, 0, 1}}};
+    for (int sweep = 0; sweep < kSweeps; ++sweep)
+        for (const auto& [p, q] : {std::pair(0, 1), std::pair(0, 2), std::pair(1, 2)}) turn(S, vectors, p, q);
     std::array<int, 3> order{0, 1, 2};
-    std::sort(order.begin(), order.end(), [&](int a, int b) { return values[a] > values[b]; });
-    std::array<Vec3d, 3> sorted;
-    for (size_t k = 0; k < 3; ++k)
-        for (int i = 0; i < 3; ++i) sorted[k][i] = vectors(i, order[k]);
-    return sorted;
+    std::sort(order.begin(), order.end(), [&](int a, int b) { return S[a][a] > S[b][b]; });
+    return {vectors[static_cast<size_t>(order[0])], vectors[static_cast<size_t>(order[1])],
+            vectors[static_cast<size_t>(order[2])]};
 }
 
 /// Returns the rotation R that minimises Σ |R p − q|², from H = Σ p qᵀ; nullopt if p or q are collinear.

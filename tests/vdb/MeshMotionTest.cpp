@@ -50,6 +50,25 @@ TEST_CASE("rigidFit: finds the rigid motion of solid and flat and thin meshes", 
     CHECK(rigidFit(mesh, mesh).now.axes == Matrix3{});
 }
 
+TEST_CASE("rigidFit: finds the motion of balls and other bodies of revolution", "[vdb]") {
+    const double height = GENERATE(1.0, 3.0, 0.2);
+    Mesh mesh; // a UV sphere, stretched along z
+    for (int i = 0; i <= 16; ++i)
+        for (int j = 0; j < 24; ++j) {
+            const double u = i * 3.14159265358979 / 16, v = j * 3.14159265358979 / 12;
+            mesh.points.push_back(
+                stored({{std::sin(u) * std::cos(v), std::sin(u) * std::sin(v), height * std::cos(u)}}));
+        }
+    mesh.triangles.emplace_back(0, 1, 2);
+    for (uint64_t k = 0; k < 30; ++k) {
+        const Matrix3 turn = k == 0 ? Matrix3{} : rotationBy(randomPoint(cube(1.7), 5, k));
+        const RigidFit fit = rigidFit(mesh, moved(mesh, turn, {{0.3, 0.1 * static_cast<double>(k), 0}}));
+        CAPTURE(height, k, fit.residual);
+        CHECK(fit.rigid());
+        CHECK(length(rotationVector(fit.now.axes * transpose(turn))) < 1e-6);
+    }
+}
+
 TEST_CASE("rigidFit: bending and scaling and mirroring are not rigid", "[vdb]") {
     const Mesh mesh = cloud({{1, 0.7, 0.5}}, 200, 2);
     Mesh bent = mesh, shrunk = mesh, mirrored = mesh, line = mesh;
