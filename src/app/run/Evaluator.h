@@ -87,6 +87,7 @@ class Evaluator {
     const RigidFit* fitIn(const Link& mesh, const FrameClock& clock);
     std::optional<RigidBody> bodyAt(const Link& levelSet, const FrameClock& clock, double part);
     Value asBody(const Link& link, Value value);
+    GridValue withWayAhead(const Link& link, const Link& mesh, const GridValue& grid);
     GridValue withWay(const Link& link, const GridValue& grid, const Moment& moment);
     bool isNow(const Moment& moment) const { return moment.time == mNow.time && moment.frame == mNow.frame; }
     bool steady(const Link& link) const;

@@ -118,11 +118,30 @@ std::optional<RigidBody> Evaluator::bodyAt(const Link& levelSet, const FrameCloc
     return RigidBody{.first = first, .home = to->home, .now = poseBetween(keys, part)};
 }
 
-/// Returns a level set with the motion of its surface since the previous frame, if it is that of this frame and its
-/// mesh deforms. So the velocity of the surface is known at the frame too.
+/// Returns the level set of the first frame as the beginning of its way to the next frame.
+GridValue Evaluator::withWayAhead(const Link& link, const Link& mesh, const GridValue& grid) {
+    if (!mPlan || mClock->frame + mPlan->by > mPlan->last) return grid;
+    const FrameClock next = mPlan->clock(mClock->frame + mPlan->by);
+    if (!meshKeys(mesh, next)) return grid;
+    const ResultPointer after = resultInFrame(link.index, next);
+    const auto* to =
+        link.output < after->outputs.size() ? std::get_if<GridValue>(&after->outputs[link.output]) : nullptr;
+    if (!to) return grid;
+    GridValue with = *to;
+    followMesh(link, next, grid, *to);
+    with.earlier = std::make_shared<const GridValue>(grid);
+    with.part = 0;
+    return with;
+}
+
+/// Returns a level set with the motion of its surface since the previous frame, or to the next if it is the first, if
+/// it is that of this frame and its mesh deforms. So the velocity of the surface is known at the frame too.
 GridValue Evaluator::withWay(const Link& link, const GridValue& grid, const Moment& moment) {
-    const bool atFrame = mClock && mClock->duration > 0 && isNow(moment) && !grid.body && !grid.earlier;
-    if (!atFrame || !grid.mesh || steady(link) || !meshOf(link)) return grid;
+    const bool atFrame = mClock && isNow(moment) && !grid.body && !grid.earlier;
+    if (!atFrame || !grid.mesh || steady(link)) return grid;
+    const auto mesh = meshOf(link);
+    if (!mesh) return grid;
+    if (mClock->duration == 0) return withWayAhead(link, *mesh, grid);
     const ResultPointer before = resultInFrame(link.index, frameBefore(*mClock));
     if (!before || link.output >= before->outputs.size()) return grid;
     const auto* from = std::get_if<GridValue>(&before->outputs[link.output]);
