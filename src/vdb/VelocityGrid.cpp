@@ -212,14 +212,18 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions
     // A mask alone decides which voxels are active.
     constexpr double kFar = 1e300;
     constexpr Box kEverywhere{{{-kFar, -kFar, -kFar}}, {{kFar, kFar, kFar}}};
-    const Flow sampled = options.mask ? flow.within({kEverywhere, std::nullopt}) : flow;
+    // Voxels whose centres are on a side of the box are in it, also if rounding puts them beyond it.
+    constexpr double kRounding = 1e-6; // voxels
+    Domain domain = flow.domain();
+    domain.box = domain.box.padded(kRounding * voxel);
+    const Flow sampled = flow.within(options.mask ? Domain{kEverywhere, std::nullopt} : domain);
     if (options.mask) {
         mask = activeVoxels(*options.mask);
         for (auto leaf = mask->cbeginLeaf(); leaf; ++leaf) origins.push_back(leaf->origin());
     }
     const WallFade fade(sampled.domain(), voxel, options.wallFade);
     const std::optional<WallVelocity> moving = options.displaced ? std::nullopt : options.moving;
-    if (!options.mask) origins = leafOrigins(flow.domain(), voxel, fade, moving);
+    if (!options.mask) origins = leafOrigins(domain, voxel, fade, moving);
     requireVoxel(voxel);
 
     const FlowOnVoxels onVoxels{sampled, voxel, fade, moving ? &*moving : nullptr};

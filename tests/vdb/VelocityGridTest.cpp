@@ -192,3 +192,16 @@ TEST_CASE("velocityGrid: invalid options are refused", "[vdb]") {
     CHECK_THROWS_AS(velocityGrid(waves(), {.voxel = 0.02}, {.report = {}, .cancelled = [] { return true; }}),
                     Interrupted);
 }
+
+TEST_CASE("velocityGrid: voxels on the sides of a box are in it, whatever the rounding", "[vdb]") {
+    const auto voxels = [](double lower, double upper, Layout layout) {
+        const Flow flow = waves({.box = {{{lower, lower, lower}}, {{upper, upper, upper}}}, .wall = {}});
+        const auto box = velocityGrid(flow, {.voxel = 0.1, .layout = layout})->evalActiveVoxelBoundingBox();
+        return std::pair(box.min().x(), box.max().x());
+    };
+    for (const Layout layout : {Layout::collocated, Layout::staggered})
+        for (const int k : {3, 6, 7, 12, 14, 17, 19}) { // k / 10 / 0.1 is not k for some of them
+            CAPTURE(k);
+            CHECK(voxels(-k / 10.0, k / 10.0, layout) == std::pair(-k, k));
+        }
+}
