@@ -11,7 +11,7 @@
 
 namespace curlew {
 
-GridDiagnostics diagnoseGrid(const openvdb::Vec3SGrid& velocity) {
+GridDiagnostics diagnoseGrid(const openvdb::Vec3SGrid& velocity, const std::optional<Wall>& wall) {
     const bool staggered = velocity.getGridClass() == openvdb::GRID_STAGGERED;
     const auto divergence = openvdb::tools::divergence(velocity);
     const double voxel = velocity.voxelSize()[0];
@@ -24,14 +24,25 @@ GridDiagnostics diagnoseGrid(const openvdb::Vec3SGrid& velocity) {
         }
         return true;
     };
+    constexpr double kOnWall = 1e-6; // voxels
+    const auto isBeyondWall = [&](const openvdb::Coord& ijk) {
+        const auto p = velocity.indexToWorld(ijk);
+        return beyondWall(wall->side, wall->sdf.distance.at<0>(Vec3d{{p[0], p[1], p[2]}}).value) > -kOnWall * voxel;
+    };
+    constexpr double kRounding = 1e-7; // of the velocity, per voxel
     GridDiagnostics check;
     double speeds = 0, interior = 0, overall = 0;
     for (auto leaf = divergence->tree().cbeginLeaf(); leaf; ++leaf)
         for (auto value = leaf->cbeginValueOn(); value; ++value) {
             const openvdb::Coord ijk = value.getCoord();
             const double squared = static_cast<double>(*value) * static_cast<double>(*value);
-            speeds += openvdb::Vec3d(active.getValue(ijk)).lengthSqr();
+            const double speed2 = openvdb::Vec3d(active.getValue(ijk)).lengthSqr();
+            speeds += speed2;
             ++check.voxels;
+            if (staggered && wall && squared * voxel * voxel > kRounding * kRounding * speed2 && isBeyondWall(ijk)) {
+                ++check.beyondWall;
+                continue;
+            }
             overall += squared;
             if (!surrounded(ijk)) continue;
             ++check.interior;
@@ -40,7 +51,8 @@ GridDiagnostics diagnoseGrid(const openvdb::Vec3SGrid& velocity) {
     if (check.voxels == 0 || !(speeds > 0)) return check;
     check.rmsSpeed = std::sqrt(speeds / static_cast<double>(check.voxels));
     const double unit = voxel / check.rmsSpeed;
-    check.divergenceOverall = std::sqrt(overall / static_cast<double>(check.voxels)) * unit;
+    if (const size_t counted = check.voxels - check.beyondWall; counted > 0)
+        check.divergenceOverall = std::sqrt(overall / static_cast<double>(counted)) * unit;
     if (check.interior > 0) check.divergence = std::sqrt(interior / static_cast<double>(check.interior)) * unit;
     return check;
 }

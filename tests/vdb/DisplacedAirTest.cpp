@@ -4,6 +4,7 @@
 #include "curlew/field/Algebra.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/vdb/DisplacedAir.h"
+#include "curlew/vdb/GridDiagnostics.h"
 #include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/VelocityGrid.h"
 #include "support/Points.h"
@@ -149,6 +150,13 @@ TEST_CASE("displacedAir: a velocity grid includes it beyond the layer and stays 
     CHECK(yAt(faded) == yAt(still));
     const Vec3d face{{0, (far[1] - 0.5) * voxel, 0}};
     CHECK(yAt(staggered) - yAt(still) == Approx(sphere.exact(face)[1]).epsilon(0.2)); // the box is close
+    // Divergence-free in the air. The sphere grows, so there is divergence inside.
+    const GridDiagnostics everywhere = diagnoseGrid(*staggered), inAir = diagnoseGrid(*staggered, flow.domain().wall);
+    CAPTURE(everywhere.divergence, inAir.divergence, inAir.beyondWall);
+    CHECK(everywhere.divergence > 1e-2);
+    CHECK(inAir.divergence < 1e-5);
+    CHECK(inAir.beyondWall > 100);
+    CHECK(diagnoseGrid(*faded, flow.domain().wall).divergence > 1e-2);
     // Collocated: at the centres of voxels.
     const auto collocated = gridOf(Layout::collocated, true);
     const double added = yAt(collocated) - yAt(velocityGrid(flow, {.voxel = voxel}));

@@ -13,9 +13,13 @@ struct GridDiagnostics {
                                   ///< differences if the grid is staggered).
     double divergenceOverall = 0; ///< The same over all active voxels; voxels beyond them count as background.
     double rmsSpeed = 0;
+    size_t beyondWall =
+        0; ///< Voxels that were left out because their centres are on the wrong side of the wall, or on it.
 };
 
-GridDiagnostics diagnoseGrid(const openvdb::Vec3SGrid& velocity);
+/// Measures the divergence of a velocity grid. If a wall is given, voxels of a staggered grid that have divergence on
+/// its wrong side do not count: a solver ignores the velocities inside a collider.
+GridDiagnostics diagnoseGrid(const openvdb::Vec3SGrid& velocity, const std::optional<Wall>& wall = {});
 
 struct TrackDiagnostics {
     int steps = 0;

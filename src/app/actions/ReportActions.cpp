@@ -234,12 +234,14 @@ void check(Context& c, const Arguments& a) {
         checkField(c, a, found);
     if (c.has("velocity")) {
         const auto velocity = velocityOf(c);
-        const GridDiagnostics grid = diagnoseGrid(*velocity);
+        const bool spatial = ofFlow(c) && dimensionOf(c.anyFlow("what")) <= 3;
+        const GridDiagnostics grid = diagnoseGrid(*velocity, spatial ? c.flow("what").domain().wall : std::nullopt);
         staggered = velocity->getGridClass() == openvdb::GRID_STAGGERED;
         found["divergence_grid"] = grid.divergence;
         found["divergence_grid_overall"] = grid.divergenceOverall;
         found["staggered"] = staggered;
         found["voxels"] = grid.voxels;
+        if (grid.beyondWall > 0) found["voxels_beyond_wall"] = grid.beyondWall;
     }
     if (const int64_t steps = a.integer("tracks"); steps > 0) checkTracks(c, static_cast<int>(steps), found);
     if (ofFlow(c)) checkPositions(c, found);
@@ -305,55 +307,62 @@ Input flowOrField() {
 } // namespace
 
 Registry reportActions() {
-    return {{.name = "check",
-             .group = kReportGroup,
-             .summary =
-                 "measure divergence, wall flux, penetration (of level set and mesh) and drift of a flow, or the value "
-                 "range of a field; or say what .vdb files lack for an application",
-             .takes = {flowOrField(), maybe(stays("velocity", {Kind::velocity}), "also checked if there is one"),
-                       maybe(stays("points", {Kind::points}), "also checked if there are any"),
-                       maybe(stays("curves", {Kind::curves}), "also checked if there are any and the flow is steady")},
-             .makes = {made("report", {Kind::report})},
-             .options = {text("report", "", ".json file to write the figures to"),
-                         integer("samples", "100000", 1, 1e9, "number of sample points in the flow or field"),
-                         box("box", "region in which a field is measured (default: -1,-1,-1,1,1,1, or its own box)"),
-                         integer("tracks", "0", 0, 1e7,
-                                 "number of RK4 steps for which 1000 points follow the flow and its velocity grid, to "
-                                 "measure how far they leave their tracks; needs a velocity grid"),
-                         choice("target", hostNames(), "application for which the .vdb files are checked"),
-                         flag("strict", "0", "1: fail if a guarantee does not hold, or a file lacks something")},
-             .positional = {"FILE.vdb …", 0, 1000},
-             .examples = {"curlew -config scenes/demo.txt -check report=check.json strict=1",
-                          "curlew -check target=blender smoke-0001.vdb"},
-             .evaluation = Evaluation::effect,
-             .run = check,
-             .prepare =
-                 [](const Arguments& a) {
-                     checkTarget(a);
-                     if (a.given("report")) checkWritable(a.text("report"));
-                 },
-             .files =
-                 [](const Arguments& a) {
-                     FileUse use{.read = a.words()};
-                     if (a.given("report")) use.written = {a.text("report")};
-                     return use;
-                 }},
-            expectDeclaration(),
-            {.name = "report",
-             .group = kReportGroup,
-             .summary = "write the report as .json: what has been done so far, with times and measurements",
-             .makes = {made("file", {Kind::file})},
-             .positional = {"FILE.json", 1, 1},
-             .examples = {"curlew -config scenes/demo.txt -report run.json"},
-             .evaluation = Evaluation::effect,
-             .run =
-                 [](Context& c, const Arguments& a) {
-                     c.wholeReport()["seconds"] = c.session().seconds();
-                     c.wholeReport()["peak_memory_bytes"] = peakMemory();
-                     writeJson(a.words()[0], c.wholeReport());
-                 },
-             .prepare = [](const Arguments& a) { checkWritable(a.words()[0]); },
-             .files = [](const Arguments& a) { return FileUse{.written = {a.words()[0]}}; }}};
+    return {
+        {.name = "check",
+         .group = kReportGroup,
+         .summary =
+             "measure divergence, wall flux, penetration (of level set and mesh) and drift of a flow, or the value "
+             "range of a field; or say what .vdb files lack for an application",
+         .details = "figures: divergence_analytic is the largest trace of the Jacobian relative to its norm; "
+                    "divergence_by_differences the rms of the divergence by central differences relative to that "
+                    "of the Jacobian, and its order how fast it falls with the step; divergence_grid the rms of a "
+                    "grid's divergence times voxel / rms speed, and divergence_grid_overall also at the edge of its "
+                    "active voxels; wall_flux the largest velocity through the wall relative to the rms speed; "
+                    "penetration_max how far the deepest point is inside the wall, negative if none is.",
+         .takes = {flowOrField(), maybe(stays("velocity", {Kind::velocity}), "also checked if there is one"),
+                   maybe(stays("points", {Kind::points}), "also checked if there are any"),
+                   maybe(stays("curves", {Kind::curves}), "also checked if there are any and the flow is steady")},
+         .makes = {made("report", {Kind::report})},
+         .options = {text("report", "", ".json file to write the figures to"),
+                     integer("samples", "100000", 1, 1e9, "number of sample points in the flow or field"),
+                     box("box", "region in which a field is measured (default: -1,-1,-1,1,1,1, or its own box)"),
+                     integer("tracks", "0", 0, 1e7,
+                             "number of RK4 steps for which 1000 points follow the flow and its velocity grid, to "
+                             "measure how far they leave their tracks; needs a velocity grid"),
+                     choice("target", hostNames(), "application for which the .vdb files are checked"),
+                     flag("strict", "0", "1: fail if a guarantee does not hold, or a file lacks something")},
+         .positional = {"FILE.vdb …", 0, 1000},
+         .examples = {"curlew -config scenes/demo.txt -check report=check.json strict=1",
+                      "curlew -check target=blender smoke-0001.vdb"},
+         .evaluation = Evaluation::effect,
+         .run = check,
+         .prepare =
+             [](const Arguments& a) {
+                 checkTarget(a);
+                 if (a.given("report")) checkWritable(a.text("report"));
+             },
+         .files =
+             [](const Arguments& a) {
+                 FileUse use{.read = a.words()};
+                 if (a.given("report")) use.written = {a.text("report")};
+                 return use;
+             }},
+        expectDeclaration(),
+        {.name = "report",
+         .group = kReportGroup,
+         .summary = "write the report as .json: what has been done so far, with times and measurements",
+         .makes = {made("file", {Kind::file})},
+         .positional = {"FILE.json", 1, 1},
+         .examples = {"curlew -config scenes/demo.txt -report run.json"},
+         .evaluation = Evaluation::effect,
+         .run =
+             [](Context& c, const Arguments& a) {
+                 c.wholeReport()["seconds"] = c.session().seconds();
+                 c.wholeReport()["peak_memory_bytes"] = peakMemory();
+                 writeJson(a.words()[0], c.wholeReport());
+             },
+         .prepare = [](const Arguments& a) { checkWritable(a.words()[0]); },
+         .files = [](const Arguments& a) { return FileUse{.written = {a.words()[0]}}; }}};
 }
 
 } // namespace curlew::app
