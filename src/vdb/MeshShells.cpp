@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 namespace curlew {
 
@@ -51,30 +52,96 @@ MeshShells shellsOf(const Mesh& mesh) {
     return shells;
 }
 
+namespace {
+
+/// The triangles by shell.
+struct ByShell {
+    explicit ByShell(const MeshShells& shells) : first(shells.count + 1, 0), order(shells.ofTriangle.size()) {
+        for (const uint32_t shell : shells.ofTriangle) ++first[shell + 1];
+        std::partial_sum(first.begin(), first.end(), first.begin());
+        std::vector<size_t> next(first.begin(), first.end() - 1);
+        for (size_t face = 0; face < order.size(); ++face) order[next[shells.ofTriangle[face]]++] = face;
+    }
+    std::span<const size_t> of(size_t shell) const {
+        return std::span(order).subspan(first[shell], first[shell + 1] - first[shell]);
+    }
+
+    std::vector<size_t> first, order; ///< Those of shell k are order[first[k]] to order[first[k + 1] - 1].
+};
+
+/// Returns the part of a shell's triangles that is outside the other shells. `inward`: the shell's faces point inward.
+double outsideOthers(const Mesh& mesh, std::span<const size_t> faces, bool inward, const WindingNumber& winding) {
+    const size_t count = std::min(faces.size(), kExamined);
+    size_t outside = 0;
+    for (size_t k = 0; k < count; ++k) {
+        const winding::Triangle triangle = winding::triangleOf(mesh, faces[k * faces.size() / count]);
+        const double size = std::sqrt(length(triangle.area()));
+        if (!(size > 0)) continue;
+        const auto [above, below] = winding.beside(triangle.middle(), triangle.area() * (1e-3 / size));
+        const double others = 0.5 * (above + below) + (inward ? 0.5 : -0.5); // without the shell itself
+        outside += SolidBoundary::isInside(others) ? 0 : 1;
+    }
+    return static_cast<double>(outside) / static_cast<double>(count);
+}
+
+/// Returns the signed volumes of the shells.
+std::vector<double> volumesOf(const Mesh& mesh, const MeshShells& shells) {
+    std::vector<double> volumes(shells.count, 0);
+    const openvdb::Vec3d middle = openvdb::Vec3d(mesh.points[mesh.triangles.front()[0]]);
+    for (size_t n = 0; n < mesh.triangles.size(); ++n) {
+        const auto& t = mesh.triangles[n];
+        const openvdb::Vec3d p = openvdb::Vec3d(mesh.points[t[0]]) - middle,
+                             q = openvdb::Vec3d(mesh.points[t[1]]) - middle,
+                             r = openvdb::Vec3d(mesh.points[t[2]]) - middle;
+        volumes[shells.ofTriangle[n]] += p.dot(q.cross(r)) / 6;
+    }
+    return volumes;
+}
+
+} // namespace
+
+size_t turnProtruding(Mesh& mesh, const Monitor& monitor) {
+    constexpr double kOutside = 0.1;
+    const MeshShells shells = shellsOf(mesh);
+    if (shells.count < 2) return 0;
+    const std::vector<double> volumes = volumesOf(mesh, shells);
+    const double largest =
+        *std::max_element(volumes.begin(), volumes.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+    const auto against = [&](double volume) { return volume * largest < 0; };
+    if (std::none_of(volumes.begin(), volumes.end(), against)) return 0;
+    const WindingNumber winding(mesh, monitor);
+    const ByShell triangles(shells);
+    size_t turned = 0;
+    for (size_t shell = 0; shell < shells.count; ++shell) {
+        const auto faces = triangles.of(shell);
+        if (!against(volumes[shell]) || faces.size() < kMinFaces) continue;
+        monitor.check();
+        if (outsideOthers(mesh, faces, volumes[shell] < 0, winding) < kOutside) continue;
+        for (const size_t face : faces) std::swap(mesh.triangles[face][1], mesh.triangles[face][2]);
+        ++turned;
+    }
+    return turned;
+}
+
 FilledShells filledShells(const Mesh& mesh, const WindingNumber& winding, const Monitor& monitor) {
     const MeshShells shells = shellsOf(mesh);
     if (shells.count < 2) return {};
-    // The triangles by shell: those of shell k are order[first[k]] to order[first[k + 1] - 1].
-    std::vector<size_t> first(shells.count + 1, 0), order(mesh.triangles.size());
-    for (const uint32_t shell : shells.ofTriangle) ++first[shell + 1];
-    std::partial_sum(first.begin(), first.end(), first.begin());
-    std::vector<size_t> next(first.begin(), first.end() - 1);
-    for (size_t face = 0; face < order.size(); ++face) order[next[shells.ofTriangle[face]]++] = face;
-
+    const ByShell triangles(shells);
     FilledShells filled;
     for (size_t shell = 0; shell < shells.count; ++shell) {
-        const size_t faces = first[shell + 1] - first[shell];
-        if (faces < kMinFaces) continue;
+        const auto faces = triangles.of(shell);
+        if (faces.size() < kMinFaces) continue;
         monitor.check();
         bool hidden = true;
-        for (size_t k = 0; k < std::min(faces, kExamined) && hidden; ++k)
-            hidden = isHidden(mesh, order[first[shell] + k * faces / std::min(faces, kExamined)], winding);
+        const size_t examined = std::min(faces.size(), kExamined);
+        for (size_t k = 0; k < examined && hidden; ++k)
+            hidden = isHidden(mesh, faces[k * faces.size() / examined], winding);
         if (!hidden) continue;
         Mesh part{.points = mesh.points, .triangles = {}, .quads = {}};
-        for (size_t k = first[shell]; k < first[shell + 1]; ++k) part.triangles.push_back(mesh.triangles[order[k]]);
+        for (const size_t face : faces) part.triangles.push_back(mesh.triangles[face]);
         if (!topologyOf(part).closed()) continue;
         ++filled.count;
-        filled.faces += faces;
+        filled.faces += faces.size();
         filled.volume += std::abs(volumeOf(part));
     }
     return filled;

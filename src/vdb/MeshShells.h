@@ -15,6 +15,12 @@ struct MeshShells {
 
 MeshShells shellsOf(const Mesh& mesh);
 
+/// Reverses the faces of closed shells that run against the largest one but reach out of the others, such as the
+/// mirrored eye of a character: they are no cavities, and would leave a hollow where they overlap. `mesh` must be
+/// closed and oriented (isOriented()). Returns the number of shells. Up to 32 triangles of each shell are examined; a
+/// tenth must be outside the others.
+size_t turnProtruding(Mesh& mesh, const Monitor& monitor);
+
 /// Closed shells that lie inside a solid and bound nothing.
 struct FilledShells {
     size_t count = 0, faces = 0;

@@ -135,6 +135,7 @@ FloatGrid::Ptr solidOfTriangles(const Mesh& mesh, const MeshTopology& topology,
         figures.reversedFaces = orient(triangles);
         oriented = figures.reversedFaces > 0 && joined.closed() && isOriented(triangles);
     }
+    if (oriented) figures.turnedShells = turnProtruding(triangles, monitor.quiet());
     if (oriented && manifold(joined)) {
         if (auto grid = closedLevelSet(triangles, transform, halfWidth, figures.turned, monitor)) {
             area = areaOf(triangles);
@@ -171,6 +172,12 @@ std::string encloses(const SolidFigures& figures, double voxel) {
 }
 
 } // namespace
+
+int mostVoxels(const Mesh& mesh) {
+    const auto size = boxOf(mesh).extents();
+    const double most = std::max({size[0], size[1], size[2]}) / kSmallestVoxel;
+    return static_cast<int>(std::clamp(most, 1.0, 1e6));
+}
 
 MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options, const Monitor& monitor) {
     if (mesh->faces() == 0) throw ValueError("the mesh has no faces");

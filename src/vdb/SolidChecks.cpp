@@ -71,7 +71,7 @@ Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates) {
         return std::tie(a.sorted, a.number) < std::tie(b.sorted, b.number);
     });
     // Of triangles with the same vertices, one is kept, in the more frequent direction. If equally many run in either
-    // direction, none is kept, unless most of the mesh is like that; then one is.
+    // direction, none is kept, unless most of the mesh is like that, or would be open without them; then one is.
     std::vector<size_t> stay, even;
     size_t groups = 0;
     for (size_t k = 0; k < keys.size(); ++groups) {
@@ -83,12 +83,21 @@ Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates) {
         (odd == 0 ? even : stay).push_back(keys[chosen].number);
         k = end;
     }
-    if (2 * even.size() > groups) stay.insert(stay.end(), even.begin(), even.end());
+    const auto chosen = [&](const std::vector<size_t>& numbers) {
+        Mesh mesh{.points = {}, .triangles = {}, .quads = {}};
+        for (const size_t n : numbers) mesh.triangles.push_back(all.triangles[n]);
+        return mesh;
+    };
+    std::vector<size_t> both = stay;
+    both.insert(both.end(), even.begin(), even.end());
     std::sort(stay.begin(), stay.end());
+    std::sort(both.begin(), both.end());
+    if (2 * even.size() > groups ||
+        (!even.empty() && topologyOf(chosen(both)).boundaryEdges < topologyOf(chosen(stay)).boundaryEdges))
+        stay = std::move(both);
     duplicates = keys.size() - stay.size();
-    Mesh result{.points = std::move(all.points), .triangles = {}, .quads = {}};
-    result.triangles.reserve(stay.size());
-    for (const size_t n : stay) result.triangles.push_back(all.triangles[n]);
+    Mesh result = chosen(stay);
+    result.points = std::move(all.points);
     return result;
 }
 

@@ -17,8 +17,8 @@ Mesh inTriangles(const Mesh& mesh);
 
 /// Does the same, joins points at the same position, and removes degenerate triangles and duplicates, which it counts.
 /// Of triangles with the same vertices one is kept, in the more frequent direction. If equally many run in either
-/// direction, they bound nothing together and none is kept. But if most of the mesh consists of such groups, it is made
-/// to be seen from both sides, and one of each is kept.
+/// direction, they bound nothing together and none is kept. But if most of the mesh consists of such groups, or if it
+/// has fewer boundary edges with them, they are made to be seen from both sides, and one of each is kept.
 Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates);
 
 /// Makes neighbouring triangles agree on which side is outside: in each part that is connected by edges between two

@@ -19,8 +19,6 @@ namespace curlew {
 
 namespace {
 
-constexpr double kSmallestVoxel = 1.5e-5; ///< OpenVDB rejects voxels with a volume below 3e-15.
-
 struct Bounds {
     std::array<double, 3> low, high;
 

@@ -6,6 +6,8 @@
 
 namespace curlew {
 
+inline constexpr double kSmallestVoxel = 1.5e-5; ///< OpenVDB rejects voxels with a volume below 3e-15.
+
 /// Throws ValueError if voxels of this size, in world units, are too small for OpenVDB.
 void requireVoxel(double voxel);
 

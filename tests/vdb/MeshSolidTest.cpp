@@ -269,6 +269,35 @@ TEST_CASE("solidOf: overlapping parts have no wall between them", "[vdb]") {
     CHECK(worst.value < 0.25); // faces cut by others end within 0.2 voxels; facets add 0.02
 }
 
+TEST_CASE("solidOf: a reversed part that reaches out of the others is solid where they overlap", "[vdb]") {
+    Mesh eye = test::moved(test::ball(3), {3, 0, 0});
+    for (auto& p : eye.points) p *= 0.3f; // its centre is at 0.9
+    const bool large = GENERATE(false, true);
+    const Mesh other = large ? test::moved(test::ball(4), {0.9f, 0, 0}) : eye;
+    const Mesh right = test::together(test::ball(4), other);
+    for (const Mesh& mesh :
+         {test::together(test::ball(4), test::flipped(other)), test::together(test::flipped(test::ball(4)), other)}) {
+        const MeshSolid made = solid(mesh, {.voxel = 0.05});
+        CHECK(made.figures.turnedShells == 1);
+        CHECK(wrong(right, made.levelSet, 400) == 0);
+        CHECK(volumeOf(made.levelSet) == Approx(volumeOf(solid(right, {.voxel = 0.05}).levelSet)).epsilon(1e-3));
+    }
+    CHECK(solid(right, {.voxel = 0.05}).figures.turnedShells == 0);
+}
+
+TEST_CASE("solidOf: a part whose faces are doubled back to back stays", "[vdb]") {
+    const Mesh spot = test::spot();
+    for (const float height : {0.2f, -0.3f, 0.6f}) {
+        Mesh upper = test::flipped(spot);
+        std::erase_if(upper.triangles, [&](const auto& t) { return spot.points[t[0]][1] < height; });
+        std::erase_if(upper.quads, [&](const auto& q) { return spot.points[q[0]][1] < height; });
+        const MeshSolid made = solid(test::together(spot, upper), {.dim = 44});
+        CAPTURE(height, upper.faces(), made.figures.duplicateFaces);
+        CHECK(made.figures.boundaryEdges == 0);
+        CHECK(wrong(spot, made.levelSet, 400) == 0);
+    }
+}
+
 TEST_CASE("solidOf: an inner shell is a cavity only if its faces point inward", "[vdb]") {
     Mesh inner = test::ball(4);
     for (auto& p : inner.points) p *= 0.5f;

@@ -17,6 +17,7 @@ struct SolidFigures {
     size_t duplicateFaces = 0;  ///< Triangles dropped because others have the same vertices.
     size_t degenerateFaces = 0; ///< Faces with fewer than three distinct vertices; they are ignored.
     size_t reversedFaces = 0;   ///< Triangles that ran against their neighbours; they are treated as if flipped.
+    size_t turnedShells = 0;    ///< Closed parts that were reversed but reach out of the others; treated as if flipped.
     bool turned = false;        ///< The faces run clockwise as seen from outside; they are treated as if flipped.
     /// The mesh is closed and consistently oriented, and no part of it lies inside. Winding numbers were not needed.
     bool clean = true;
@@ -56,8 +57,9 @@ struct MeshSolid {
 /// mesh.
 ///
 /// Points at the same position are joined. Of faces with the same vertices, one is kept; none is kept if equally many
-/// run in either direction. In a mesh where most faces are such pairs, which is made to be seen from both sides, one of
-/// each is kept.
+/// run in either direction. If most faces of the mesh are such pairs, or if it has fewer boundary edges with them, they
+/// are made to be seen from both sides, and one of each is kept. A closed part that is reversed and reaches out of the
+/// others, such as a mirrored eye, is treated as if flipped.
 ///
 /// A sheet, such as cloth or terrain, encloses nothing. With a thickness t, the solid consists of the points closer
 /// than t/2 to the mesh.
@@ -69,5 +71,8 @@ struct MeshSolid {
 /// resolution, or if a size is not positive; ResourceError if the band would not fit in memory; Interrupted. The result
 /// does not depend on the number of threads.
 MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options, const Monitor& monitor = {});
+
+/// Returns the largest SolidOptions::dim for a mesh: OpenVDB takes no voxels below 1.5e-5 world units.
+int mostVoxels(const Mesh& mesh);
 
 } // namespace curlew

@@ -3,6 +3,7 @@
 #include "GpuOption.h"
 #include "MovingWall.h"
 #include "curlew/app/registry/Text.h"
+#include "curlew/base/Random.h"
 #include "curlew/flow/FlowScale.h"
 #include "curlew/vdb/DisplacedAir.h"
 #include "curlew/vdb/MeshSolid.h"
@@ -39,6 +40,10 @@ std::string descriptionOf(const SolidFigures& figures) {
                             ? std::string("1 triangle runs against its neighbours, so it is reversed")
                             : fmt::format("{} triangles run against their neighbours, so they are reversed",
                                           figures.reversedFaces));
+    if (figures.turnedShells > 0)
+        parts.push_back(figures.turnedShells == 1
+                            ? std::string("1 closed part is reversed, so it is flipped")
+                            : fmt::format("{} closed parts are reversed, so they are flipped", figures.turnedShells));
     if (figures.turned)
         parts.emplace_back("its faces are clockwise seen from outside, so their orientation is reversed");
     if (figures.duplicateFaces > 0) parts.push_back(fmt::format("{} duplicate faces", figures.duplicateFaces));
@@ -95,9 +100,17 @@ void warnOfSolid(const Context& c, const SolidFigures& figures, double voxel) {
 
 void meshToLevelSetAction(Context& c, const Arguments& a) {
     const double thickness = a.given("thickness") ? a.real("thickness") : 0;
+    auto dim = a.integer<int>("dim");
+    if (const int most = mostVoxels(*c.mesh("mesh")); most < dim && !a.given("dim") && !a.given("voxel")) {
+        c.warn(
+            fmt::format("the mesh is so small that its longest edge has {} voxels instead of {}, since OpenVDB takes "
+                        "none below 1.5e-5; scale the scene up for more detail",
+                        most, dim));
+        dim = most;
+    }
     const auto [levelSet, figures] = solidOf(c.mesh("mesh"),
                                              {.voxel = a.given("voxel") ? a.real("voxel") : 0,
-                                              .dim = a.integer<int>("dim"),
+                                              .dim = dim,
                                               .halfWidth = a.real("halfWidth"),
                                               .thickness = thickness},
                                              c.follow("mesh to level set"));
@@ -114,6 +127,7 @@ void meshToLevelSetAction(Context& c, const Arguments& a) {
                            {"duplicate_faces", figures.duplicateFaces},
                            {"degenerate_faces", figures.degenerateFaces},
                            {"reversed_faces", figures.reversedFaces},
+                           {"turned_shells", figures.turnedShells},
                            {"clean", figures.clean},
                            {"turned", figures.turned},
                            {"undecided", figures.undecided},
@@ -181,6 +195,29 @@ Box tileOf(const Box& box, double voxel) {
     return tile;
 }
 
+/// Warns if the velocities on opposite sides of the box differ, so that copies of the grid have seams.
+void warnOfSeams(const Context& c, const Flow& flow, const Box& box) {
+    constexpr uint64_t kSamples = 256, kSeed = 0x7365616d;
+    constexpr double kTolerance = 1e-5; // of the rms speed
+    const double speed = rmsOf(flow).speed;
+    for (int axis = 0; axis < 3; ++axis) {
+        double most = 0;
+        for (uint64_t k = 0; k < kSamples; ++k) {
+            Vec3d p;
+            for (int i = 0; i < 3; ++i)
+                p[i] = box.lower[i] + box.size()[i] * randomUniform(kSeed, k, static_cast<uint64_t>(i));
+            Vec3d q = p;
+            p[axis] = box.lower[axis], q[axis] = box.upper[axis];
+            most = std::max(most, length(flow.at(p).velocity - flow.at(q).velocity));
+        }
+        if (most > kTolerance * speed)
+            c.warn(
+                fmt::format("the grid does not tile along {}: velocities on opposite sides differ by up to {:.2g} "
+                            "times the rms speed; give the noises a period= that divides the box",
+                            "xyz"[axis], most / speed));
+    }
+}
+
 void velocity(Context& c, const Arguments& a) {
     Flow flow = c.flow("flow");
     Domain domain = flow.domain();
@@ -198,6 +235,7 @@ void velocity(Context& c, const Arguments& a) {
     if (a.flag("tile")) {
         if (options.mask) throw ValueError("tile=1 has no effect with a mask");
         options.voxel = voxelOf(flow, options);
+        warnOfSeams(c, flow, domain.box);
         domain.box = tileOf(domain.box, options.voxel);
         flow = flow.within(domain);
     }
