@@ -10,6 +10,8 @@ namespace {
 
 const std::string kFlow = "-noise frequency=2 -noise frequency=2 seed=1 -dfvn speed=1 ";
 
+const std::string kBound = "-noise -noise seed=1 -bound -dfvn -scatter count=5 -write a.csv";
+
 std::string said(const std::string& arguments) { return Folder().mustRun(arguments).err; }
 
 } // namespace
@@ -55,4 +57,22 @@ TEST_CASE("advice: warns of values that change with time but come before the fra
     CHECK_THAT(said("-frames 1-2 -noise alpha={T} -slice width=8 -write a.##.png"), !ContainsSubstring("warning"));
     CHECK_THAT(said("-noise alpha={fps} -frames 1-2 -slice width=8 -write a.##.png"), !ContainsSubstring("warning"));
     CHECK_THAT(said("-noise alpha={T} -slice width=8 -write a.png"), !ContainsSubstring("warning"));
+}
+
+TEST_CASE("advice: warns of meshes that nothing uses", "[app]") {
+    const std::string spot = test::sourceDir() + "/scenes/spot.obj", wall = "-mesh2ls dim=12 " + kBound;
+    CHECK_THAT(said("-read " + spot + " " + spot + " " + wall),
+               ContainsSubstring("nothing uses 1 of 2 meshes made by -read"));
+    CHECK_THAT(said("-read " + spot + " " + wall), !ContainsSubstring("nothing uses"));
+}
+
+TEST_CASE("advice: warns of a velocity grid that does not tile", "[app]") {
+    const auto grid = [](const std::string& noise, const std::string& box) {
+        return said("-noise " + noise + " -noise seed=1 " + noise + " -dfvn -velocity tile=1 dim=8 box=0,0,0," + box +
+                    " -write v.vdb");
+    };
+    CHECK_THAT(grid("frequency=2 period=4", "2,2,2"), !ContainsSubstring("does not tile"));
+    CHECK_THAT(grid("frequency=2", "2,2,2"), ContainsSubstring("warning: the grid does not tile along z"));
+    CHECK_THAT(grid("frequency=2 period=4", "2,1,2"),
+               ContainsSubstring("does not tile along y") && !ContainsSubstring("does not tile along x"));
 }

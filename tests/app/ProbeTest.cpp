@@ -169,6 +169,10 @@ TEST_CASE("readPositions: reads a table of positions", "[app]") {
     CHECK(readPositions(folder / "b.csv").at<7>(0)[6] == 7);
     store(folder / "c.csv", "x\n1\n2\n");
     CHECK(readPositions(folder / "c.csv").size() == 2);
+    store(folder / "d.csv", "x,y,z,id,vx\n1,2,3,7,0\n4,5,6,8,0\n"); // points
+    const auto points = readPositions(folder / "d.csv");
+    REQUIRE(points.size() == 2);
+    CHECK(points.at<3>(1) == Vec3d{{4, 5, 6}});
 }
 
 TEST_CASE("readPositions: an invalid table is refused with its name and line", "[app]") {

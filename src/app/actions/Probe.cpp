@@ -9,7 +9,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <functional>
+#include <string_view>
 
 namespace curlew::app {
 
@@ -17,26 +19,46 @@ namespace {
 
 constexpr size_t kMaxDimensions = 7;
 
-/// Returns whether these are the names of coordinates: x, y, z, or x0, x1, ….
-bool areCoordinates(const std::vector<std::string>& names) {
-    static const std::vector<std::string> kLetters{"x", "y", "z"};
-    if (names.size() <= kLetters.size() && std::equal(names.begin(), names.end(), kLetters.begin())) return true;
-    for (size_t k = 0; k < names.size(); ++k)
-        if (names[k] != fmt::format("x{}", k)) return false;
-    return names.size() <= kMaxDimensions;
+bool looksLikeCoordinate(std::string name) {
+    std::erase(name, ' ');
+    return name == "x" || name == "y" || name == "z" ||
+           (name.size() == 2 && name[0] == 'x' && name[1] >= '0' && name[1] <= '9');
+}
+
+/// Returns how many columns at the beginning are coordinates: x, y, z; or x0, x1, …. Returns 0 if others look like
+/// coordinates.
+size_t coordinatesOf(const std::vector<std::string>& names) {
+    const std::string_view letters = "xyz";
+    const auto count = [&](size_t most, const auto& nameOf) {
+        size_t k = 0;
+        while (k < std::min(names.size(), most) && names[k] == nameOf(k)) ++k;
+        return k;
+    };
+    const size_t found = std::max(count(letters.size(), [&](size_t k) { return std::string(1, letters[k]); }),
+                                  count(kMaxDimensions, [](size_t k) { return fmt::format("x{}", k); }));
+    return std::any_of(names.begin() + static_cast<std::ptrdiff_t>(found), names.end(), looksLikeCoordinate) ? 0
+                                                                                                             : found;
 }
 
 } // namespace
 
 Positions readPositions(const std::filesystem::path& path) {
     CsvTable table = readCsv(path, CsvCells::finite, [&](const std::vector<std::string>& names) {
-        if (!areCoordinates(names))
-            throw FileError(fmt::format(
-                "'{}' is not a list of positions: its first line must be x or x,y or x,y,z or x0,x1,… up to x6",
-                path.string()));
+        if (coordinatesOf(names) == 0)
+            throw FileError(
+                fmt::format("'{}' is not a list of positions: its first columns must be x or x,y or x,y,z "
+                            "or x0,x1,… up to x6",
+                            path.string()));
     });
     if (table.values.empty()) throw FileError(fmt::format("'{}' contains no positions", path.string()));
-    return {std::move(table.names), std::move(table.values)};
+    const size_t columns = table.names.size(), used = coordinatesOf(table.names);
+    if (used == columns) return {std::move(table.names), std::move(table.values)};
+    Positions positions;
+    positions.names.assign(table.names.begin(), table.names.begin() + static_cast<std::ptrdiff_t>(used));
+    positions.coordinates.reserve(table.values.size() / columns * used);
+    for (size_t k = 0; k < table.values.size(); ++k)
+        if (k % columns < used) positions.coordinates.push_back(table.values[k]);
+    return positions;
 }
 
 namespace {

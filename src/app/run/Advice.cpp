@@ -37,13 +37,21 @@ void adviseOnBirths(const Graph& graph, std::vector<std::string>& advice) {
             }
 }
 
-/// Warns about unused shapes and level sets that are followed by a flow which could have used them.
+/// Warns about unused shapes and level sets, and about meshes beside used ones, that are followed by a flow which could
+/// have used them.
 void adviseOnUnused(const Graph& graph, std::vector<std::string>& advice) {
     std::set<size_t> used;
+    std::set<std::pair<size_t, size_t>> usedOutputs;
     for (const Node& node : graph.nodes)
         for (const auto& links : node.inputs)
             for (const Link& link : links)
-                if (link.from == Link::From::node) used.insert(link.index);
+                if (link.from == Link::From::node) {
+                    used.insert(link.index);
+                    usedOutputs.emplace(link.index, link.output);
+                }
+    const bool anyMeshUsed = std::any_of(usedOutputs.begin(), usedOutputs.end(), [&](const auto& output) {
+        return graph.nodes[output.first].outputs.at(output.second).kind == Kind::mesh;
+    });
     const auto makesFlow = [](const Node& node) {
         return std::any_of(node.outputs.begin(), node.outputs.end(), isFlow);
     };
@@ -51,6 +59,13 @@ void adviseOnUnused(const Graph& graph, std::vector<std::string>& advice) {
     const auto before = static_cast<size_t>(graph.nodes.rend() - lastFlow);
     for (size_t k = 0; k < before; ++k) {
         const Node& node = graph.nodes[k];
+        size_t meshes = 0, unused = 0;
+        for (size_t o = 0; o < node.outputs.size(); ++o)
+            if (node.outputs[o].kind == Kind::mesh) ++meshes, unused += usedOutputs.contains({k, o}) ? 0 : 1;
+        if (unused > 0 && anyMeshUsed)
+            advice.push_back(fmt::format("nothing uses {} made by {}; each -mesh2ls makes a level set of one mesh",
+                                         meshes == 1 ? "the mesh" : fmt::format("{} of {} meshes", unused, meshes),
+                                         contextOf(node.location)));
         if (used.contains(k) || !std::any_of(node.outputs.begin(), node.outputs.end(), isWall)) continue;
         advice.push_back(fmt::format(
             "nothing uses {} made by {}; for a flow around or inside it, give it to -bound (side=outside for an "

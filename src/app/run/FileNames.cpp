@@ -2,6 +2,7 @@
 #include "FileNames.h"
 
 #include "curlew/app/registry/InContext.h"
+#include "curlew/base/Error.h"
 #include "curlew/base/LocalFile.h"
 
 #include <filesystem>
@@ -57,12 +58,21 @@ class FileNames {
         if (!mNeeded[index]) return;
         inContextOf(contextOf(node.location), [&] {
             const FileUse use = filesOf(node, moment);
-            for (const auto& name : use.read) read(name);
+            for (const auto& name : use.read) {
+                read(name);
+                if (node.action().files) requireThere(name);
+            }
             for (const auto& name : use.written) {
                 write(name);
                 if (writes(node)) requireNew(index, name, turn);
             }
         });
+    }
+
+    /// Throws FileError if there is no such file, and the program does not write it before.
+    void requireThere(const std::string& name) {
+        if (!mProvided(name) && !isStreamKnown(name) && !mWritten.contains(identityOf(name)) && !fs::exists(name))
+            throw FileError(fmt::format("'{}': there is no such file", name));
     }
 
     /// Throws ValueError if the file is also read by the program.

@@ -24,8 +24,8 @@ struct Positions {
     }
 };
 
-/// Reads positions from a CSV file with the header x or x,y or x,y,z or x0,x1,…. Throws FileError, naming file and
-/// line, if the file has another form.
+/// Reads positions from a CSV file whose first columns are x or x,y or x,y,z or x0,x1,…, as that of points. Ignores
+/// other columns. Throws FileError, naming file and line, if the file has another form.
 Positions readPositions(const std::filesystem::path& path);
 
 /// Writes a CSV file with the coordinates, the value and the derivatives up to `order` (0 … 2). They are evaluated as T
