@@ -63,17 +63,36 @@ void leaveSurface(const ScalarField& distance, const EmissionOptions& o, Points&
 
 } // namespace
 
-Points emitted(const Domain& domain, const EmissionOptions& o, double duration, EmissionState& state,
+Points emitted(const Domain& domain, const EmissionOptions& options, double duration, EmissionState& state,
+               const Monitor& monitor) {
+    return emitted(std::span(&domain, 1), options, duration, state, monitor);
+}
+
+Points emitted(std::span<const Domain> domains, const EmissionOptions& o, double duration, EmissionState& state,
                const Monitor& monitor) {
     if (o.rate != 0) requirePositive(o.rate, "the rate of births");
     if (duration != 0) requirePositive(duration, "the duration of a frame");
-    std::vector<float> ages = agesOfBirths(o.rate, duration, state.rates);
+    const std::vector<float> ages = agesOfBirths(o.rate, duration, state.rates); // the oldest first
     ScatterOptions place = o.place;
     place.seed = o.seed;
-    Points born = scatterFrom(domain, state.nextId, ages.size(), place, monitor);
-    state.nextId += static_cast<int64_t>(ages.size());
-    born.age = std::move(ages);
-    if (o.normalSpeed > 0 && place.on == ScatterOn::surface) leaveSurface(domain.wall->sdf.distance, o, born);
+    Points born;
+    auto begin = ages.begin();
+    for (size_t k = 0; k < domains.size(); ++k) {
+        const double later =
+            duration * static_cast<double>(domains.size() - 1 - k) / static_cast<double>(domains.size());
+        const auto end = k + 1 == domains.size() ? ages.end() : std::find_if(begin, ages.end(), [&](float age) {
+            return static_cast<double>(age) < later;
+        });
+        Points part = scatterFrom(domains[k], state.nextId, static_cast<size_t>(end - begin), place, monitor);
+        state.nextId += end - begin;
+        part.age.assign(begin, end);
+        if (o.normalSpeed > 0 && place.on == ScatterOn::surface) leaveSurface(domains[k].wall->sdf.distance, o, part);
+        begin = end;
+        if (k == 0)
+            born = std::move(part);
+        else
+            born.append(part);
+    }
     if (!std::isfinite(o.life)) return born;
     born.life.resize(born.size());
     for (size_t k = 0; k < born.size(); ++k) {

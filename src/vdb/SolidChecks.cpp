@@ -83,20 +83,21 @@ Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates) {
         (odd == 0 ? even : stay).push_back(keys[chosen].number);
         k = end;
     }
-    const auto chosen = [&](const std::vector<size_t>& numbers) {
-        Mesh mesh{.points = {}, .triangles = {}, .quads = {}};
-        for (const size_t n : numbers) mesh.triangles.push_back(all.triangles[n]);
-        return mesh;
+    const auto only = [&](const std::vector<size_t>& numbers) {
+        Mesh some{.points = {}, .triangles = {}, .quads = {}};
+        some.triangles.reserve(numbers.size());
+        for (const size_t n : numbers) some.triangles.push_back(all.triangles[n]);
+        return some;
     };
     std::vector<size_t> both = stay;
     both.insert(both.end(), even.begin(), even.end());
     std::sort(stay.begin(), stay.end());
     std::sort(both.begin(), both.end());
     if (2 * even.size() > groups ||
-        (!even.empty() && topologyOf(chosen(both)).boundaryEdges < topologyOf(chosen(stay)).boundaryEdges))
+        (!even.empty() && topologyOf(only(both)).boundaryEdges < topologyOf(only(stay)).boundaryEdges))
         stay = std::move(both);
     duplicates = keys.size() - stay.size();
-    Mesh result = chosen(stay);
+    Mesh result = only(stay);
     result.points = std::move(all.points);
     return result;
 }

@@ -7,6 +7,7 @@
 #include "curlew/track/Scatter.h"
 
 #include <limits>
+#include <span>
 
 namespace curlew {
 
@@ -34,6 +35,10 @@ struct EmissionState {
 /// frame. Particles whose life ends within the frame are left out. Throws ValueError if the rate or the duration is
 /// negative or not finite, like scatter(), and ResourceError if the births do not fit into memory.
 Points emitted(const Domain& domain, const EmissionOptions& options, double duration, EmissionState& state,
+               const Monitor& monitor = {});
+
+/// Does the same for a domain that moves: `domains` are those of equal intervals of the frame, in their order.
+Points emitted(std::span<const Domain> domains, const EmissionOptions& options, double duration, EmissionState& state,
                const Monitor& monitor = {});
 
 /// Gives `born` the arrays that `others` have: the velocity of the flow, and the track on which each particle starts.

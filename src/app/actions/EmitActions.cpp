@@ -4,6 +4,8 @@
 #include "curlew/track/Emission.h"
 
 #include <algorithm>
+#include <cmath>
+#include <span>
 
 namespace curlew::app {
 
@@ -12,6 +14,32 @@ namespace {
 using namespace options;
 
 const std::string kEmitGroup = "points";
+
+/// Returns the domain in equal intervals of the frame: in one, unless a shape or level set moves by a quarter of its
+/// size or more.
+std::vector<Domain> birthplaces(const Context& c, const Arguments& a, const Birthplace& birth) {
+    constexpr double kStep = 0.25, kMost = 64; // of the diagonal of its box; intervals
+    std::vector<Domain> places{birth.domain};
+    if (!c.has("domain") || c.kind("domain") == Kind::flow || c.steady("domain") || !birth.domain.wall) return places;
+    const FrameClock& clock = *c.clock();
+    if (!(clock.duration > 0)) return places;
+    const auto before = c.boxBefore("domain"), now = boxOf(c.value("domain"));
+    if (!before || !now) return places;
+    const double size = length(now->size()),
+                 way = std::max(length(now->lower - before->lower), length(now->upper - before->upper));
+    if (!(size > 0)) return places;
+    const auto count = static_cast<size_t>(std::clamp(std::ceil(way / (kStep * size)), 1.0, kMost));
+    if (count == 1) return places;
+    places.clear();
+    for (size_t k = 0; k < count; ++k) {
+        const double part = (static_cast<double>(k) + 0.5) / static_cast<double>(count);
+        const Sdf there = c.sdfAt("domain", clock.begin + part * clock.duration, 2 * std::abs(birth.place.level));
+        Domain place = Domain::of({.sdf = there, .side = birth.domain.wall->side});
+        if (a.given("box")) place.box = birth.domain.box;
+        places.push_back(place);
+    }
+    return places;
+}
 
 void emit(Context& c, const Arguments& a) {
     if (!c.clock()) throw ValueError("works frame by frame; put it after -frames");
@@ -31,7 +59,7 @@ void emit(Context& c, const Arguments& a) {
     if (c.has("flow") && dimensionOf(c.anyFlow("flow")) <= 3 && c.flow("flow").domain().wall)
         options.place.clear = c.flow("flow").domain();
     EmissionState state{c.memory().sum, set.nextId};
-    Points born = emitted(birth.domain, options, c.clock()->duration, state, c.follow("emit"));
+    Points born = emitted(birthplaces(c, a, birth), options, c.clock()->duration, state, c.follow("emit"));
     c.memory().sum = state.rates;
     set.nextId = state.nextId;
     if (const AnyFlow* flow = c.trackedFlow(set)) joinFlow(inSpace(*flow), particles, born);

@@ -96,6 +96,18 @@ Sdf Context::sdf(std::string_view input, double distance) const {
     return session().mSdfs->sdf(mEvaluator.withWay(link(input, 0), grid, mMoment), distance, mConsole);
 }
 
+Sdf Context::sdfAt(std::string_view input, double time, double distance) const {
+    const Value wall = mEvaluator.value(link(input, 0), mEvaluator.momentAt(time));
+    if (const auto* shape = std::get_if<FieldValue>(&wall); shape && shape->sdf) return inSpace(*shape->sdf);
+    return session().mSdfs->sdf(held<GridValue>(wall, input, "a shape or level set"), distance, mConsole);
+}
+
+std::optional<Box> Context::boxBefore(std::string_view input) const {
+    const Value before = mEvaluator.value(link(input, 0), mEvaluator.momentAt(clock()->begin));
+    const auto* grid = std::get_if<GridValue>(&before);
+    return boxOf(grid && grid->earlier && !grid->body ? Value(*grid->earlier) : before);
+}
+
 LevelSet Context::levelSet(std::string_view input, double distance) const {
     return session().mSdfs->levelSet(grid(input), distance, mConsole);
 }

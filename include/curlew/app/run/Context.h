@@ -53,6 +53,10 @@ class Context {
     /// Returns a shape or level set as a signed distance that is valid up to `distance` world units from the surface.
     /// If necessary, a copy of a level set gets a wider narrow band; the grid itself does not change.
     Sdf sdf(std::string_view input, double distance) const;
+    /// Does the same for another time of this frame.
+    Sdf sdfAt(std::string_view input, double time, double distance) const;
+    /// Returns the box of a shape or level set at the beginning of the frame; nullopt if it is unbounded.
+    std::optional<Box> boxBefore(std::string_view input) const;
     /// Returns the level set with a narrow band of at least that distance.
     LevelSet levelSet(std::string_view input, double distance) const;
     /// Returns the diagonal of the bounding box of the first input that has one, in world units. Lengths in percent are
