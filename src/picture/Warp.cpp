@@ -4,6 +4,7 @@
 #include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/field/ForEachBatch.h"
+#include "curlew/picture/ColorMap.h"
 #include "curlew/picture/Display.h"
 #include "curlew/track/Advect.h"
 
@@ -22,6 +23,8 @@ using Position = Vec<double, 2>;
 
 /// Below this residual of f, relative to its root mean square, corrections only shift rounding errors.
 constexpr double kRounding = 1e-14;
+
+bool isFinite(const Position& p) { return std::isfinite(p[0]) && std::isfinite(p[1]); }
 
 /// Moves points by equal steps.
 void moveBatch(const FlowN<2>& flow, const ReprojectOptionsN<2>& reprojection, const WarpOptions& o,
@@ -83,6 +86,7 @@ void warp(const FlowN<2>& flow, std::vector<Position>& positions, const WarpOpti
 }
 
 Vec3f wavePattern(const Position& position) {
+    if (!isFinite(position)) return kNoValueColor;
     const double y = position[1] + 0.05 * std::abs(std::cos(10 * std::numbers::pi * (position[0] - position[1])));
     const double s = y + 1213.12;
     const int stripe = static_cast<int>(std::floor(10 * (s - std::floor(s))));
@@ -93,6 +97,7 @@ Texture2 textureOf(const Image& picture, const BoxN<2>& box) {
     if (!(box.size()[0] > 0) || !(box.size()[1] > 0) || !box.finite())
         throw ValueError("a texture needs a box that is neither empty nor infinite");
     return [image = displayed(picture), box](const Position& p) {
+        if (!isFinite(p)) return kNoValueColor;
         // In pixels from the centre of the first one.
         const auto place = [](double part, int pixels) { return std::clamp(part * pixels - 0.5, 0.0, pixels - 1.0); };
         const double x = place((p[0] - box.lower[0]) / box.size()[0], image.width);

@@ -6,6 +6,8 @@
 #include "curlew/field/ForEachBatch.h"
 #include "curlew/picture/ColorMap.h"
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 
 namespace curlew {
@@ -136,6 +138,8 @@ Vec3f terrainAt(double height) {
 }
 
 Vec3f wavesAt(const Vec3d& position, double width) {
+    if (!std::all_of(position.c.begin(), position.c.end(), [](double x) { return std::isfinite(x); }))
+        return kNoValueColor;
     const double x = 1.2 * std::atan2(position[2], position[0]) / (2 * pi);
     const double y = (position[1] + length(Vec<double, 2>{{position[0], position[2]}})) / (10 * width);
     const double s = y + 0.05 * std::abs(std::cos(10 * pi * x)) + 1213.12;

@@ -158,3 +158,14 @@ TEST_CASE("differenceOf: is the rms and maximum difference of two images", "[pic
     CHECK_THROWS_AS(differenceOf(a, filledImage(2, 3, {"v"})), ValueError);
     CHECK_THROWS_AS(differenceOf(a, filledImage(2, 2, {"v", "w"})), ValueError);
 }
+
+TEST_CASE("textureOf and wavePattern: a coordinate that is not finite has no colour", "[picture]") {
+    const Texture2 texture = textureOf(filledImage(4, 4, {"R", "G", "B"}), {{{0, 0}}, {{1, 1}}});
+    const double infinity = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
+    for (const double bad : {nan, infinity, -infinity})
+        for (const auto& p : {Vec<double, 2>{{bad, 0.5}}, Vec<double, 2>{{0.5, bad}}}) {
+            CHECK(texture(p) == kNoValueColor);
+            CHECK(wavePattern(p) == kNoValueColor);
+        }
+    CHECK(texture({{0.5, 0.5}}) != kNoValueColor);
+}

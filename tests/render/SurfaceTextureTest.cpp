@@ -2,9 +2,11 @@
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/flow/Flows.h"
+#include "curlew/picture/ColorMap.h"
 #include "curlew/render/SurfaceTexture.h"
 #include "support/Points.h"
 
+#include <limits>
 #include <numbers>
 
 using namespace curlew;
@@ -97,4 +99,14 @@ TEST_CASE("viewThrough: shows the far side of a surface", "[render]") {
     const size_t middle = 24 * 64 + 32;
     CHECK(static_cast<double>(through.hits[through.first[middle]].depth) == Approx(5).epsilon(1e-3));
     for (const SurfaceSample& hit : through.hits) REQUIRE(length(hit.position) == Approx(1).epsilon(1e-9));
+}
+
+TEST_CASE("wavesAt: a coordinate that is not finite has no colour", "[render]") {
+    const double infinity = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
+    for (const double bad : {nan, infinity, -infinity})
+        for (int axis = 0; axis < 3; ++axis) {
+            Vec3d p{{0.1, 0.2, 0.3}};
+            p[axis] = bad;
+            CHECK(wavesAt(p, 0.1) == kNoValueColor);
+        }
 }

@@ -34,7 +34,8 @@ struct WarpOptions {
 void warp(const FlowN<2>& flow, std::vector<Vec<double, 2>>& positions, const WarpOptions& options,
           const Monitor& monitor = {});
 
-/// Returns the colour at a position, as display values.
+/// Returns the colour at a position, as display values. The textures here return kNoValueColor (ColorMap.h) if a
+/// coordinate is not finite.
 using Texture2 = std::function<Vec3f(const Vec<double, 2>& position)>;
 
 /// The pattern of ICN Fig. 5: waves in the colours of viridis.

@@ -22,7 +22,8 @@ Vec3f latitudeAt(const Vec3d& position, const Vec3d& center);
 Vec3f terrainAt(double height);
 
 /// Returns the waves of ICN Fig. 5, in the colours of viridis, around the y axis: stripes of this width (world units)
-/// by the sum of the height and the distance from the axis, with twelve waves per turn.
+/// by the sum of the height and the distance from the axis, with twelve waves per turn. kNoValueColor (ColorMap.h) if
+/// a coordinate is not finite.
 Vec3f wavesAt(const Vec3d& position, double width);
 
 struct SurfaceLicOptions {
