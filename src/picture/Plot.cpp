@@ -44,7 +44,9 @@ void include(Axis& axis, const std::vector<double>& values, bool& any) {
 }
 
 void widen(Axis& axis, double part) {
-    if (axis.lower == axis.upper) {
+    // Ticks within a few rounding errors of each other would have the same labels.
+    constexpr double kConstant = 1e-12;
+    if (axis.upper - axis.lower <= kConstant * std::max(std::abs(axis.lower), std::abs(axis.upper))) {
         const double half = axis.lower == 0 || axis.log ? 0.5 : std::abs(axis.lower) / 2;
         axis.lower -= half;
         axis.upper += half;
@@ -83,8 +85,10 @@ std::vector<Tick> ticksOf(const Axis& axis) {
     }
     const double rough = size / 6, power = std::pow(10, std::floor(std::log10(rough)));
     const double step = power * (rough / power < 1.5 ? 1 : rough / power < 3.5 ? 2 : rough / power < 7.5 ? 5 : 10);
-    for (double k = std::ceil(axis.lower / step - 1e-9); k * step <= axis.upper + 1e-9 * size; ++k)
-        ticks.push_back({k * step, fmt::format("{:.6g}", k * step + 0.0)});
+    const double first = std::ceil(axis.lower / step - 1e-9);
+    constexpr int kMost = 12; // the step is at least size / 10.5
+    for (int n = 0; n < kMost && (first + n) * step <= axis.upper + 1e-9 * size; ++n)
+        ticks.push_back({(first + n) * step, fmt::format("{:.6g}", (first + n) * step + 0.0)});
     return ticks;
 }
 

@@ -109,3 +109,14 @@ TEST_CASE("plotSvg: invalid data and options are refused", "[picture]") {
     CHECK_THROWS_AS(plotSvg({.xName = "x", .x = {1}, .curves = {{"y", {1, 2}}}}), ValueError);
     CHECK_THROWS_AS(plotSvg(data, {.width = 10}), ValueError);
 }
+
+TEST_CASE("plotSvg: values that differ by rounding errors are constant", "[picture]") {
+    for (const double value : {1.0, -3e200, 1e-200}) {
+        CAPTURE(value);
+        const double next = std::nextafter(value, 2 * value);
+        const PlotData data{.xName = "x", .x = {0, 1, 2}, .curves = {{"y", {value, next, value}}}};
+        const std::string svg = plotSvg(data);
+        CHECK(markers(svg).size() == 3);
+        CHECK(count(svg, "<text") < 30);
+    }
+}
