@@ -146,25 +146,32 @@ struct Pen {
         : color(kColors[k % kColors.size()]), dashes(k < kColors.size() ? "" : " stroke-dasharray=\"5 4\"") {}
 };
 
-/// Draws a curve, interrupted where a value is missing.
+/// Draws a curve, interrupted where a value is missing. Points get markers if they are few, or if both of their
+/// neighbours are missing.
 std::string drawCurve(const PlotData& data, const PlotData::Curve& curve, const Axis& x, const Axis& y,
                       const Pen& pen) {
-    std::string path, markers;
+    std::string path, markers, lone;
+    const auto shown = [&](size_t k) {
+        return k < data.x.size() && std::isfinite(x.at(data.x[k])) && std::isfinite(y.at(curve.y[k]));
+    };
     bool down = false;
     size_t count = 0;
     for (size_t k = 0; k < data.x.size(); ++k) {
-        const double px = x.at(data.x[k]), py = y.at(curve.y[k]);
-        const bool shown = std::isfinite(px) && std::isfinite(py);
-        if (shown) {
+        const bool here = shown(k);
+        if (here) {
+            const double px = x.at(data.x[k]), py = y.at(curve.y[k]);
             path += fmt::format("{}{:.2f} {:.2f}", down ? 'L' : 'M', px, py);
-            markers += fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"3\" fill=\"{}\"/>\n", px, py, pen.color);
+            const std::string marker =
+                fmt::format("<circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"3\" fill=\"{}\"/>\n", px, py, pen.color);
+            markers += marker;
+            if (!down && !shown(k + 1)) lone += marker;
             ++count;
         }
-        down = shown;
+        down = here;
     }
     constexpr size_t kFew = 40;
     return fmt::format("<path d=\"{}\" stroke=\"{}\" stroke-width=\"2\" stroke-linejoin=\"round\"{}/>\n{}", path,
-                       pen.color, pen.dashes, count <= kFew ? markers : "");
+                       pen.color, pen.dashes, count <= kFew ? markers : lone);
 }
 
 void validate(const PlotData& data, const PlotOptions& o) {

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <regex>
@@ -119,4 +120,16 @@ TEST_CASE("plotSvg: values that differ by rounding errors are constant", "[pictu
         CHECK(markers(svg).size() == 3);
         CHECK(count(svg, "<text") < 30);
     }
+}
+
+TEST_CASE("plotSvg: a point between missing values has a marker", "[picture]") {
+    PlotData data{.xName = "x", .x = {}, .curves = {{"y", {}}}};
+    for (int k = 0; k < 200; ++k) {
+        data.x.push_back(k);
+        // Lone points, then a line with one gap around a point.
+        data.curves[0].y.push_back((k < 100 ? k % 2 == 1 : k == 150 || k == 152) ? kMissing : k);
+    }
+    const auto found = markers(plotSvg(data));
+    CHECK(found.size() == 50 + 1);
+    CHECK(std::is_sorted(found.begin(), found.end()));
 }
