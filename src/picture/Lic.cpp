@@ -27,8 +27,10 @@ class Sampler {
         const double px = std::clamp(x - 0.5, 0.0, mImage.width - 1.0),
                      py = std::clamp(y - 0.5, 0.0, mImage.height - 1.0);
         const int i = static_cast<int>(px), j = static_cast<int>(py);
-        const int right = std::min(i + 1, mImage.width - 1), down = std::min(j + 1, mImage.height - 1);
         const auto u = static_cast<float>(px - i), v = static_cast<float>(py - j);
+        // A neighbour without weight does not count, even if it is NaN.
+        const int right = u > 0 ? std::min(i + 1, mImage.width - 1) : i;
+        const int down = v > 0 ? std::min(j + 1, mImage.height - 1) : j;
         const float upper = mImage.at(i, j, channel) * (1 - u) + mImage.at(right, j, channel) * u;
         const float lower = mImage.at(i, down, channel) * (1 - u) + mImage.at(right, down, channel) * u;
         return upper * (1 - v) + lower * v;

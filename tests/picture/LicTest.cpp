@@ -143,3 +143,17 @@ TEST_CASE("lic: invalid images and options are refused", "[picture]") {
     stop.cancelled = [] { return true; };
     CHECK_THROWS_AS(lic(along(1, 0), {}, stop), Interrupted);
 }
+
+TEST_CASE("lic: NaN beside a streak does not end it", "[picture]") {
+    const LicOptions options{.length = 40, .grain = 1};
+    const Image whole = along(1, 0);
+    Image noise = filledImage(kSize + 1, kSize + 1, {"noise"});
+    for (size_t k = 0; k < noise.pixels.size(); ++k) noise.pixels[k] = static_cast<float>(k * 7919 % 101) / 101;
+    Image cut = whole;
+    constexpr int kEdge = kSize / 2;
+    for (int y = kEdge; y < kSize; ++y)
+        for (int x = 0; x < kSize; ++x) cut.at(x, y, 0) = std::numeric_limits<float>::quiet_NaN();
+    const Image a = convolved(whole, noise, options), b = convolved(cut, noise, options);
+    for (int y = 0; y < kEdge; ++y)
+        for (int x = 0; x < kSize; ++x) REQUIRE(a.at(x, y) == b.at(x, y));
+}
