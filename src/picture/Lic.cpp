@@ -133,7 +133,10 @@ void stretch(Image& image, double contrast) {
 
 } // namespace
 
-int LicOptions::steps() const { return std::max(1, static_cast<int>(length / 2 / kStep)); }
+int LicOptions::steps() const {
+    constexpr double kMost = 1e6; // far longer than any picture is wide
+    return static_cast<int>(std::clamp(length / 2 / kStep, 1.0, kMost));
+}
 
 Image convolved(const Image& vectors, const Image& noise, const LicOptions& o, const Monitor& monitor) {
     const Sampler vectorAt(vectors), noiseAt(noise);

@@ -157,3 +157,9 @@ TEST_CASE("lic: NaN beside a streak does not end it", "[picture]") {
     for (int y = 0; y < kEdge; ++y)
         for (int x = 0; x < kSize; ++x) REQUIRE(a.at(x, y) == b.at(x, y));
 }
+
+TEST_CASE("LicOptions: the number of steps is limited", "[picture]") {
+    CHECK(LicOptions{.length = 48}.steps() == 48);
+    CHECK(LicOptions{.length = 1e-9}.steps() == 1);
+    CHECK(LicOptions{.length = 1e12}.steps() == 1000000);
+}

@@ -25,7 +25,7 @@ struct LicOptions {
     double contrast = 0.2; ///< Standard deviation of the result about its mean, 1/2.
 
     static constexpr double kStep = 0.5; ///< Pixels of arc.
-    /// Steps on either side.
+    /// Steps on either side: 1 to 1,000,000.
     int steps() const;
 };
 
