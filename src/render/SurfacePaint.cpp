@@ -50,12 +50,19 @@ std::vector<Vec3f> colorEach(size_t count, const Monitor& monitor, const ColorOf
     return colors;
 }
 
+/// Returns the height of a position in the box, from 0 at its bottom to 1 at its top; 1/2 if the box is flat.
+double heightIn(const Box& box, const Vec3d& position) {
+    const double size = box.size()[1];
+    return size > 0 ? (position[1] - box.lower[1]) / size : 0.5;
+}
+
 /// Returns the reflection of a film whose thickness grows from the top of the box to its bottom.
 std::vector<Vec3f> filmColors(const SurfaceView& view, const std::vector<Vec3d>& positions, const Box& box,
                               const Interval& thickness, const Monitor& monitor) {
     const ThinFilm film(std::max(thickness.lower, thickness.upper));
     return colorEach(positions.size(), monitor, [&](size_t k) {
-        const double down = std::clamp((box.upper[1] - positions[k][1]) / box.size()[1], 0.0, 1.0);
+        const double size = box.size()[1];
+        const double down = size > 0 ? std::clamp((box.upper[1] - positions[k][1]) / size, 0.0, 1.0) : 0.5;
         const SurfaceSample& hit = view.hits[k];
         const Vec3d toEye = view.camera.eye() - hit.position;
         Vec3d normal;
@@ -81,7 +88,7 @@ std::vector<Vec3f> textureColors(const SurfaceView& view, const std::vector<Vec3
         case Texture::latitude:
             return each([&](size_t k) { return latitudeAt(places[k], box.center()); });
         case Texture::terrain:
-            return each([&](size_t k) { return terrainAt((places[k][1] - box.lower[1]) / box.size()[1]); });
+            return each([&](size_t k) { return terrainAt(heightIn(box, places[k])); });
         case Texture::film:
             return filmColors(view, places, box, paint.film, monitor);
         case Texture::none:

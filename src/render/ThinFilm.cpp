@@ -68,6 +68,7 @@ ThinFilm::ThinFilm(double greatestThickness, double refractiveIndex) : mGreatest
 }
 
 Vec3d ThinFilm::reflectance(double thickness, double cosine) const {
+    if (std::isnan(thickness) || std::isnan(cosine)) return {};
     const double u = std::clamp(thickness / mGreatest, 0.0, 1.0) * (kThicknesses - 1);
     const double v = std::sqrt(std::clamp(cosine, 0.0, 1.0)) * (kCosines - 1);
     const size_t i = std::min(static_cast<size_t>(u), kThicknesses - 2),

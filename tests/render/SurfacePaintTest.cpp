@@ -97,3 +97,13 @@ TEST_CASE("paintedColors: streaks modulate the colour and require a flow", "[ren
     CHECK_THROWS_AS(paintedColors(ball(), {.texture = Texture::lic}), ValueError);
     CHECK_THROWS_AS(paintedColors(ball(), {.carry = {.time = 1}}), ValueError);
 }
+
+TEST_CASE("paintedColors: a horizontal surface is in the middle of its box", "[render]") {
+    const Box flat{{{-1, 0, -1}}, {{1, 0, 1}}};
+    const auto of = [&](Texture texture, const Box& box) {
+        return paintedColors(ball(), {.texture = texture, .box = box}).colors;
+    };
+    for (const Vec3f& color : of(Texture::terrain, flat)) REQUIRE(color == terrainAt(0.5));
+    for (const Vec3f& color : of(Texture::film, flat))
+        for (const float part : color.c) REQUIRE((part >= 0 && part <= 1.1f));
+}

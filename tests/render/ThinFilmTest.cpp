@@ -3,6 +3,8 @@
 #include "curlew/render/ThinFilm.h"
 #include "support/Catch.h"
 
+#include <limits>
+
 using namespace curlew;
 
 TEST_CASE("ThinFilm: a vanishing film is black and a film at grazing angle is a mirror", "[render]") {
@@ -40,4 +42,11 @@ TEST_CASE("ThinFilm: the table approximates the integral", "[render]") {
     CHECK(film.reflectance(5000, 1) == film.reflectance(1200, 1));
     CHECK_THROWS_AS(ThinFilm(0), ValueError);
     CHECK_THROWS_AS(ThinFilm(500, 1), ValueError);
+}
+
+TEST_CASE("ThinFilm: NaN is black", "[render]") {
+    const ThinFilm film(900);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    CHECK(film.reflectance(nan, 0.5) == Vec3d{});
+    CHECK(film.reflectance(300, nan) == Vec3d{});
 }

@@ -19,7 +19,7 @@ enum class Texture {
     checker,  ///< checkerAt
     waves,    ///< wavesAt
     latitude, ///< latitudeAt, around the centre of the box.
-    terrain,  ///< terrainAt, by height in the box.
+    terrain,  ///< terrainAt, by height in the box; in the middle if the box is flat.
     film,     ///< The reflection of a ThinFilm whose thickness grows from the top of the box to its bottom.
     lic       ///< surfaceLic along the flow, times the colour.
 };

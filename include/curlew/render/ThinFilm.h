@@ -22,7 +22,7 @@ class ThinFilm {
     explicit ThinFilm(double greatestThickness = 1200, double refractiveIndex = 1.33);
 
     /// Returns the reflectance as linear R, G, B, at a thickness in nm (clamped) and the cosine of the angle of
-    /// incidence.
+    /// incidence. NaN gives black.
     Vec3d reflectance(double thickness, double cosine) const;
 
     /// Returns the integral itself, without the table.
