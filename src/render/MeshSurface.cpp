@@ -8,6 +8,7 @@
 
 #include <array>
 #include <optional>
+#include <unordered_map>
 
 namespace curlew {
 
@@ -16,6 +17,12 @@ namespace {
 using Triangle = Vec<uint32_t, 3>;
 
 constexpr double kCrease = 0.5; ///< Minimum cosine between neighbouring faces; sharper edges stay creases.
+
+/// From this number of faces at a vertex on, a face is compared with the mean of all of them instead of with each one,
+/// which would take a time quadratic in their number.
+constexpr size_t kCrowd = 1024;
+
+bool smooth(const Vec3d& a, const Vec3d& b) { return dot(a, b) > kCrease * length(a) * length(b); }
 
 /// Splits each quad into two triangles along its shorter diagonal.
 std::vector<Triangle> trianglesOf(const Mesh& mesh, const std::vector<Vec3d>& vertices) {
@@ -60,7 +67,8 @@ Faces facesOf(const openvdb::FloatGrid& grid, const ToWorld& toWorld) {
 }
 
 /// A mesh with a normal per corner of a face: the area-weighted mean of the faces around the vertex that are not across
-/// a crease.
+/// a crease. At a vertex of a thousand faces it is the mean of all of them, or the face's own if that is across a
+/// crease.
 class MeshSurface final : public Surface::Model {
   public:
     explicit MeshSurface(Faces faces)
@@ -99,14 +107,19 @@ class MeshSurface final : public Surface::Model {
             areas.push_back(areaVector(triangles[k]));
             for (const uint32_t v : triangles[k].c) around[next[v]++] = k;
         }
+        const auto crowded = [&](uint32_t v) { return first[v + 1] - first[v] >= kCrowd; };
+        std::unordered_map<uint32_t, Vec3d> crowds; // sums over all faces
+        for (uint32_t v = 0; v + 1 < first.size(); ++v)
+            for (size_t n = first[v]; crowded(v) && n < first[v + 1]; ++n) crowds[v] += areas[around[n]];
         for (size_t k = 0; k < triangles.size(); ++k)
             for (size_t corner = 0; corner < 3; ++corner) {
                 const uint32_t v = triangles[k].c[corner];
                 Vec3d sum = areas[k];
-                for (size_t n = first[v]; n < first[v + 1]; ++n) {
-                    const Vec3d& other = areas[around[n]];
-                    if (around[n] != k && dot(other, areas[k]) > kCrease * length(other) * length(areas[k]))
-                        sum += other;
+                if (crowded(v)) {
+                    if (smooth(crowds.at(v), areas[k])) sum = crowds.at(v);
+                } else {
+                    for (size_t n = first[v]; n < first[v + 1]; ++n)
+                        if (around[n] != k && smooth(areas[around[n]], areas[k])) sum += areas[around[n]];
                 }
                 const double size = length(sum);
                 for (int axis = 0; axis < 3; ++axis)

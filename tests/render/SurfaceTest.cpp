@@ -216,3 +216,26 @@ TEST_CASE("Surface: rays through shared edges and vertices do not leak", "[rende
     REQUIRE(hits.size() > 150);
     for (const RayHit& hit : hits) REQUIRE((hit.found() && hit.distance < 5));
 }
+
+TEST_CASE("Surface: a vertex with thousands of faces has smooth normals, or those of its faces if it is sharp",
+          "[render]") {
+    for (const double height : {0.2, 5.0}) {
+        CAPTURE(height);
+        constexpr int kFaces = 5000;
+        Mesh cone;
+        cone.points.emplace_back(0.0f, static_cast<float>(height), 0.0f);
+        for (int k = 0; k < kFaces; ++k) {
+            const double angle = 2 * M_PI * k / kFaces;
+            cone.points.emplace_back(static_cast<float>(std::cos(angle)), 0.0f, static_cast<float>(std::sin(angle)));
+            cone.triangles.emplace_back(0u, static_cast<unsigned>((k + 1) % kFaces) + 1, static_cast<unsigned>(k) + 1);
+        }
+        // Near the tip, in the middle of a face: its slope is the same all around.
+        const double angle = 2 * M_PI * 100.5 / kFaces, r = 1e-3;
+        const Vec3d outwards{{std::cos(angle), 0, std::sin(angle)}};
+        const Vec3d face = normalized(outwards * height + Vec3d{{0, 1, 0}});
+        const auto hits = hitsOf(Surface(cone), {{outwards * r + Vec3d{{0, 10, 0}}, {{0, -1, 0}}}});
+        REQUIRE(hits[0].found());
+        const Vec3d expected = height < 1 ? Vec3d{{0, 1, 0}} : face;
+        CHECK(length(hits[0].normal - expected) < 0.01);
+    }
+}
