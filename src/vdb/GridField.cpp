@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace curlew {
 
@@ -46,9 +47,20 @@ size_t leavesAround(const openvdb::FloatTree& tree, int distance) {
     return reached.leafCount();
 }
 
+/// Throws ValueError if voxels are so far away that the coordinates of the leaves around them would overflow.
+void checkCoordinates(const openvdb::GridBase& grid) {
+    constexpr int kFarthest = std::numeric_limits<int>::max() - 64;
+    const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
+    for (int axis = 0; axis < 3; ++axis)
+        if (box.min()[axis] < -kFarthest || box.max()[axis] > kFarthest)
+            throw ValueError(fmt::format(
+                "grid '{}' has voxels with the index {}; a field needs indices from -{} to {}", grid.getName(),
+                box.max()[axis] > kFarthest ? box.max()[axis] : box.min()[axis], kFarthest, kFarthest));
+}
+
 void checkValues(const openvdb::FloatGrid& grid) {
     size_t bad = 0;
-    for (auto value = grid.cbeginValueOn(); value; ++value) bad += !std::isfinite(*value);
+    for (auto value = grid.cbeginValueAll(); value; ++value) bad += !std::isfinite(*value); // all can be read
     if (bad > 0 || !std::isfinite(grid.background()))
         throw ValueError(fmt::format("grid '{}' has {} values that are not finite (NaN or infinite)", grid.getName(),
                                      std::max<size_t>(bad, 1)));
@@ -62,6 +74,7 @@ ScalarField gridField(const openvdb::GridBase& grid, const Monitor& monitor) {
     const openvdb::math::Transform& transform = grid.constTransform();
     if (!transform.isLinear() || !transform.hasUniformScale())
         throw ValueError(fmt::format("the voxels of grid '{}' are not cubes; resample it first", grid.getName()));
+    checkCoordinates(grid);
     // Leaves for all active voxels, and for the voxels around them in which the spline still changes.
     constexpr int kSupport = 3;
     constexpr double kLeafVoxels = 8.0 * 8 * 8, kMaskBytes = 0.25; // a bit, and the tree above it

@@ -10,6 +10,7 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
 
 using namespace curlew;
 using Catch::Matchers::ContainsSubstring;
@@ -103,4 +104,18 @@ TEST_CASE("bakedGrid: a period of a field tiles without a seam", "[vdb]") {
         different += std::abs(one->tree().getValue({ijk[0] % 32, ijk[1], ijk[2]}) - *value) > 1e-6f;
     }
     CHECK(different == 0);
+}
+
+TEST_CASE("gridField: refuses voxels at the limits of int, and inactive values that are not finite", "[vdb]") {
+    for (const int far : {2147483641, -2147483641}) {
+        auto grid = openvdb::FloatGrid::create();
+        grid->tree().setValueOn({0, far, 0}, 1);
+        CHECK_THROWS_WITH(gridField(*grid), ContainsSubstring("index " + std::to_string(far)));
+    }
+    const auto near = openvdb::FloatGrid::create();
+    near->tree().setValueOn({0, 1 << 29, 0}, 1);
+    CHECK(gridField(*near).at<0>({{0, 0x1p29, 0}}).value > 0);
+    const auto grid = baked(0.25);
+    grid->tree().setValueOff({1, 1, 1}, std::numeric_limits<float>::quiet_NaN());
+    CHECK_THROWS_WITH(gridField(*grid), ContainsSubstring("1 values"));
 }

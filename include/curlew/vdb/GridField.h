@@ -11,7 +11,8 @@ namespace curlew {
 /// Returns a scalar grid (float or double: a density, a temperature, a level set, …) as a field in world space: the C²
 /// tricubic B-spline through its values with fourth-order accuracy. Beyond the grid's voxels it is the value of the
 /// tile there or the background. Throws ValueError if the grid is of another type, has no active voxel, has voxels that
-/// are not cubes, or values that are not finite; ResourceError if there is not enough memory.
+/// are not cubes, values that are not finite, or indices within 64 of the limits of int; ResourceError if there is not
+/// enough memory.
 ScalarField gridField(const openvdb::GridBase& grid, const Monitor& monitor = {});
 
 /// The voxels of bakedGrid().
