@@ -186,11 +186,14 @@ bool tryRead(const nanovdb::GridHandle<>& handle, GridBase::Ptr& result) {
     return true;
 }
 
-GridBase::Ptr openOf(const nanovdb::GridHandle<>& handle, const Entry& entry, const fs::path& path) {
-    const auto* grid = reinterpret_cast<const nanovdb::GridData*>(handle.data());
+GridBase::Ptr openOf(nanovdb::GridHandle<> handle, const Entry& entry, const fs::path& path) {
+    auto* grid = reinterpret_cast<nanovdb::GridData*>(handle.data());
     if (handle.size() < sizeof *grid || grid->mMagic != NANOVDB_MAGIC_NUMBER || grid->mGridSize != handle.size() ||
         grid->mGridCount != 1 || grid->mGridIndex != 0)
         throw unreadable(path, "is damaged");
+    // The name is that of the entry. NanoVDB would follow an offset to a long one, and read a short one up to a 0.
+    grid->setLongGridNameOn(false);
+    grid->mGridName[nanovdb::GridData::MaxNameSize - 1] = '\0';
     GridBase::Ptr result;
     const auto any = [&]<class... Builds>(Builds*...) { return (tryRead<Builds>(handle, result) || ...); };
     constexpr auto of = []<class T>() { return static_cast<T*>(nullptr); };

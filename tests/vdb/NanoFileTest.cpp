@@ -4,6 +4,9 @@
 
 #include <openvdb/tools/LevelSetSphere.h>
 
+#include <algorithm>
+#include <cstring>
+
 using namespace curlew;
 using namespace curlew::test;
 using Catch::Matchers::ContainsSubstring;
@@ -119,4 +122,22 @@ TEST_CASE("NanoFile: refuses grids that the format cannot hold", "[vdb]") {
     strange->tree().setValue({0, 0, 0}, openvdb::Vec3i(1));
     CHECK_THAT(messageOf([&] { writeNano(folder / "a.nvdb", {strange}); }), ContainsSubstring("a .nvdb holds"));
     CHECK(folder.files() == 0);
+}
+
+TEST_CASE("NanoFile: the name of a grid is that of its entry, whatever the grid itself says", "[vdb]") {
+    const Folder folder;
+    writeNano(folder / "a.nvdb", {rampGrid()});
+    std::string bytes = bytesOf(folder / "a.nvdb");
+    const size_t grid = 16 + 176 + 4;                             // as above
+    const auto flags = littleAt<uint32_t>(bytes, grid + 20) | 1u; // HasLongGridName
+    std::memcpy(&bytes[grid + 20], &flags, sizeof flags);
+    std::fill_n(&bytes[grid + 40], 256, 'x'); // a short name without an end
+    const int64_t offset = int64_t(1) << 45;
+    const uint32_t count = 1;
+    std::memcpy(&bytes[grid + 640], &offset, sizeof offset); // of the blind data, and how many there are
+    std::memcpy(&bytes[grid + 648], &count, sizeof count);
+    const auto read = readNano(store(folder / "b.nvdb", bytes));
+    REQUIRE(read.size() == 1);
+    CHECK(read[0]->getName() == "vel");
+    CHECK(read[0]->activeVoxelCount() == 60);
 }
