@@ -137,10 +137,21 @@ FaceVelocities facesOf(const VelocityLattice& lattice, const Point& n) {
     return faces;
 }
 
+/// Throws ResourceError if an array of `bytes` for each voxel of the box of the active voxels would not fit in memory.
+void requireDense(const VelocityLattice& lattice, double bytes) {
+    const openvdb::Vec3d size =
+        lattice.active.max().asVec3d() - lattice.active.min().asVec3d() + openvdb::Vec3d(1); // may exceed an int
+    requireMemory(bytes * size[0] * size[1] * size[2],
+                  fmt::format("a velocity grid in a box of {:.0f} x {:.0f} x {:.0f} voxels", size[0], size[1], size[2]),
+                  "use a smaller box, or a grid with fewer voxels");
+}
+
 /// Returns the number of cells whose faces are all known. The upper faces of the last active voxels of a staggered grid
 /// are beyond the active voxels. If the values there make these voxels as divergence-free as the others, the box is
 /// closed (a solver's wall), and the voxels count.
 Point cellsOf(const VelocityLattice& lattice) {
+    constexpr double kBytes = 2 * 3 * sizeof(double); // of the velocities through faces, twice
+    if (lattice.staggered) requireDense(lattice, kBytes);
     Point n;
     for (int axis = 0; axis < 3; ++axis) n[axis] = lattice.active.dim()[axis] - (lattice.staggered ? 1 : 0);
     if (!lattice.staggered || *std::min_element(n.c.begin(), n.c.end()) < 1) return n;

@@ -391,3 +391,11 @@ TEST_CASE("GridFlow: refuses grids that are not velocities", "[vdb]") {
     const Wall inverted{.sdf = placed(sphereSdf(4.5), {.offset = {{3, 3, 3}}}), .side = Side::outside, .width = 0.2};
     CHECK_THROWS_WITH(potentialFlow({openGrid(12)}, {.wall = inverted}), ContainsSubstring("inside out"));
 }
+
+TEST_CASE("GridFlow: a staggered grid whose box does not fit in memory is refused", "[vdb]") {
+    auto grid = Vec3SGrid::create();
+    grid->setGridClass(openvdb::GRID_STAGGERED);
+    for (const int at : {0, 1 << 20}) grid->tree().setValueOn(Coord(at), openvdb::Vec3s(1, 2, 3));
+    CHECK_THROWS_AS(sampledFlow({grid}, GridSampling::linear), ResourceError);
+    CHECK_THROWS_AS(potentialFlow({grid}, {}), ResourceError);
+}
