@@ -73,6 +73,13 @@ openvdb::MaskTree::Ptr activeVoxels(const openvdb::GridBase& grid) {
         topology = std::make_shared<openvdb::MaskTree>(typed.tree(), false, true, openvdb::TopologyCopy());
     });
     if (!known) throw ValueError(fmt::format("grid '{}' of type {} cannot be a mask", grid.getName(), grid.type()));
+    using Leaf = openvdb::MaskTree::LeafNodeType;
+    const auto tiled = static_cast<double>(topology->activeVoxelCount() - topology->activeLeafVoxelCount());
+    const double leaves = topology->leafCount() + tiled / Leaf::SIZE;
+    requireMemory(leaves * (sizeof(Leaf) + sizeof(Leaf*)),
+                  fmt::format("the mask of the {:.3g} active voxels of grid '{}'",
+                              static_cast<double>(topology->activeVoxelCount()), grid.getName()),
+                  "use a grid with fewer active voxels");
     topology->voxelizeActiveTiles();
     return topology;
 }

@@ -219,6 +219,10 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions
     const Flow sampled = flow.within(options.mask ? Domain{kEverywhere, std::nullopt} : domain);
     if (options.mask) {
         mask = activeVoxels(*options.mask);
+        const double bytes = sizeof(VelocityLeaf) + VelocityLeaf::SIZE * sizeof(openvdb::Vec3s) + sizeof(Coord);
+        requireMemory(bytes * mask->leafCount(),
+                      fmt::format("a velocity grid of {:.3g} voxels", static_cast<double>(mask->activeVoxelCount())),
+                      "use a mask with fewer active voxels");
         for (auto leaf = mask->cbeginLeaf(); leaf; ++leaf) origins.push_back(leaf->origin());
     }
     const WallFade fade(sampled.domain(), voxel, options.wallFade);

@@ -205,3 +205,12 @@ TEST_CASE("velocityGrid: voxels on the sides of a box are in it, whatever the ro
             CHECK(voxels(-k / 10.0, k / 10.0, layout) == std::pair(-k, k));
         }
 }
+
+TEST_CASE("velocityGrid: a mask of tiles that does not fit in memory is refused", "[vdb]") {
+    auto mask = openvdb::MaskGrid::create();
+    mask->setTransform(openvdb::math::Transform::createLinearTransform(0.1));
+    mask->fill({{0, 0, 0}, {16383, 16383, 16383}}, true);
+    REQUIRE(mask->tree().leafCount() == 0);
+    CHECK_THROWS_AS(velocityGrid(waves(), {.mask = mask}), ResourceError);
+    CHECK_THROWS_AS(sampledGrid(waves().f(), *mask, "f"), ResourceError);
+}
