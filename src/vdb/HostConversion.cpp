@@ -88,13 +88,23 @@ typename GridType::Ptr withValues(const GridType& grid, const Map& map) {
 GridBase::ConstPtr withHostValues(const GridBase::ConstPtr& grid, AxisMap axes, double velocityScale) {
     if (const auto vectors = GridBase::grid<Vec3SGrid>(grid)) {
         if (isVelocity(*grid)) axes.scale *= velocityScale;
-        if (!axes.identity()) return withValues(*vectors, [&](const openvdb::Vec3s& v) { return axes(v); });
-    } else if (const auto distances = GridBase::grid<FloatGrid>(grid)) {
-        const auto scale = static_cast<float>(axes.scale);
-        if (grid->getGridClass() == openvdb::GRID_LEVEL_SET && scale != 1)
-            return withValues(*distances, [&](float distance) { return scale * distance; });
+        if (!axes.identity() && followsSpace(*grid))
+            return withValues(*vectors, [&](const openvdb::Vec3s& v) { return axes(v); });
     }
+    if (grid->getGridClass() != openvdb::GRID_LEVEL_SET || axes.scale == 1) return grid;
+    if (const auto distances = GridBase::grid<FloatGrid>(grid))
+        return withValues(*distances, [scale = static_cast<float>(axes.scale)](float d) { return scale * d; });
+    if (const auto distances = GridBase::grid<openvdb::DoubleGrid>(grid))
+        return withValues(*distances, [scale = axes.scale](double d) { return scale * d; });
     return grid;
+}
+
+/// Returns vectors of doubles as floats if the options change them. Hosts take velocities as floats.
+GridBase::ConstPtr asFloats(const GridBase::ConstPtr& grid, const HostOptions& options) {
+    const bool changed = !axesOf(options).identity() || options.velocityScale != 1 || options.split;
+    if (!changed || !grid->isType<openvdb::Vec3DGrid>()) return grid;
+    requireMemory(0.5 * static_cast<double>(grid->memUsage()), "a copy of " + titleOf(*grid), "free some memory");
+    return vectorsOf(grid);
 }
 
 std::vector<GridBase::ConstPtr> splitGrid(const Vec3SGrid& grid, std::string_view suffix) {
@@ -164,7 +174,14 @@ bool isVelocity(const GridBase& grid) {
                        [&](const HostProfile& host) { return name == host.gridVelocity; });
 }
 
-std::vector<GridBase::ConstPtr> forHost(const GridBase::ConstPtr& grid, const HostOptions& options) {
+bool followsSpace(const GridBase& grid) {
+    if (isVelocity(grid) || grid.getGridClass() == openvdb::GRID_STAGGERED) return true;
+    const auto type = grid.getMetadata<openvdb::StringMetadata>(GridBase::META_VECTOR_TYPE);
+    return !type || type->value() != GridBase::vecTypeToString(openvdb::VEC_INVARIANT);
+}
+
+std::vector<GridBase::ConstPtr> forHost(const GridBase::ConstPtr& given, const HostOptions& options) {
+    const GridBase::ConstPtr grid = asFloats(given, options);
     const AxisMap axes = axesOf(options);
     const auto vectors = GridBase::grid<Vec3SGrid>(grid);
     if (vectors && options.split) requireComponents(options);

@@ -5,6 +5,7 @@
 #include "Enclosed.h"
 #include "SolidChecks.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/vdb/HostConversion.h"
 #include "curlew/vdb/Interrupter.h"
 #include "curlew/vdb/MeshSolid.h"
 #include "curlew/vdb/Openvdb.h"
@@ -237,11 +238,21 @@ openvdb::GridBase::Ptr placed(const openvdb::GridBase& grid, const Placement& pl
     auto result = grid.deepCopyGrid();
     const openvdb::Mat4d m = matrixOf(placement);
     result->transform().postMult(m);
-    if (const auto vectors = openvdb::GridBase::grid<openvdb::Vec3SGrid>(result); vectors && turned) {
-        Placement turn{.rotate = placement.rotate};
-        const openvdb::Mat4d rotation = matrixOf(turn);
-        for (auto value = vectors->beginValueAll(); value; ++value)
-            value.setValue(openvdb::Vec3s(rotation.transform(openvdb::Vec3d(*value))));
+    const openvdb::Mat4d rotation = matrixOf({.rotate = placement.rotate});
+    const auto turn = [&](const auto& vectors) {
+        if (!vectors || !turned || !followsSpace(grid)) return;
+        for (auto value = vectors->beginValueAll(); value; ++value) {
+            using Value = std::remove_cvref_t<decltype(*value)>;
+            value.setValue(Value(rotation.transform(openvdb::Vec3d(*value))));
+        }
+    };
+    turn(openvdb::GridBase::grid<openvdb::Vec3SGrid>(result));
+    turn(openvdb::GridBase::grid<openvdb::Vec3DGrid>(result));
+    if (const auto distances = openvdb::GridBase::grid<openvdb::DoubleGrid>(result);
+        distances && grid.getGridClass() == openvdb::GRID_LEVEL_SET) {
+        const double scale = placement.scale[0];
+        for (auto value = distances->beginValueAll(); value; ++value) value.setValue(*value * scale);
+        distances->tree().root().setBackground(distances->background() * scale, /*updateChildNodes=*/false);
     }
     return result;
 }

@@ -107,3 +107,42 @@ TEST_CASE("HostConversion: distances of a level set scale with the unit and dens
     CHECK(kept->tree().getValue({0, 0, 0}) == 0.5f);
     CHECK(forHost(sphere, {}).front() == sphere); // nothing to do, nothing copied
 }
+
+TEST_CASE("HostConversion: colours, which are invariant, stay, unless their name is that of a velocity", "[vdb]") {
+    for (const bool velocity : {false, true}) {
+        const auto grid = rampGrid(velocity ? "vel" : "Cd");
+        grid->setVectorType(openvdb::VEC_INVARIANT);
+        const auto made = forHost(grid, {.host = &host("unreal")});
+        const auto vectors = openvdb::GridBase::grid<openvdb::Vec3SGrid>(made.front());
+        CHECK(followsSpace(*grid) == velocity);
+        CHECK(vectors->tree().getValue({1, 4, 9}) ==
+              (velocity ? openvdb::Vec3s(100, 9000, 400) : openvdb::Vec3s(1, 4, 90)));
+        CHECK(vectors->voxelSize()[0] == Approx(50));
+    }
+}
+
+TEST_CASE("HostConversion: vectors and distances of doubles are converted as those of floats are", "[vdb]") {
+    const auto ramp = rampGrid();
+    const auto doubles = openvdb::Vec3DGrid::create();
+    doubles->insertMeta(*ramp);
+    doubles->setTransform(ramp->transform().copy());
+    for (auto value = ramp->cbeginValueOn(); value; ++value)
+        doubles->tree().setValueOn(value.getCoord(), openvdb::Vec3d(*value));
+    const openvdb::GridBase::ConstPtr given = doubles;
+    for (const char* name : {"unreal", "blender"}) {
+        const auto a = openvdb::GridBase::grid<openvdb::Vec3SGrid>(forHost(ramp, {.host = &host(name)}).front());
+        const auto b = openvdb::GridBase::grid<openvdb::Vec3SGrid>(forHost(given, {.host = &host(name)}).front());
+        REQUIRE(b);
+        CHECK(b->getName() == a->getName());
+        CHECK(b->transform() == a->transform());
+        for (auto value = a->cbeginValueOn(); value; ++value) REQUIRE(b->tree().getValue(value.getCoord()) == *value);
+    }
+    CHECK(forHost(given, {}).front() == given);
+    const auto sphere = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1, openvdb::Vec3f(0), 0.1f);
+    const auto precise = std::make_shared<openvdb::DoubleGrid>(*sphere);
+    precise->setGridClass(openvdb::GRID_LEVEL_SET);
+    const auto scaled =
+        openvdb::GridBase::grid<openvdb::DoubleGrid>(forHost(precise, {.host = &host("unreal")}).front());
+    CHECK(scaled->background() == 100 * precise->background());
+    CHECK(scaled->tree().getValue({10, 0, 0}) == 100 * precise->tree().getValue({10, 0, 0}));
+}

@@ -143,3 +143,23 @@ TEST_CASE("placed: velocity vectors rotate with their grid", "[vdb]") {
     grid->setGridClass(openvdb::GRID_STAGGERED);
     CHECK_THROWS_AS(placed(*grid, Placement{.rotate = {{0, 0, 90}}}), ValueError);
 }
+
+TEST_CASE("placed: vectors of doubles turn, distances of doubles scale, and colours stay", "[vdb]") {
+    const Placement placement{.offset = {{1, 2, 3}}, .rotate = {{0, 0, 90}}, .scale = {{2, 2, 2}}};
+    const auto vectors = openvdb::Vec3DGrid::create();
+    vectors->tree().setValueOn({1, 2, 3}, openvdb::Vec3d(1, 0, 0));
+    const auto turned = openvdb::gridPtrCast<openvdb::Vec3DGrid>(placed(*vectors, placement));
+    CHECK((turned->tree().getValue({1, 2, 3}) - openvdb::Vec3d(0, 1, 0)).length() < 1e-12);
+    const auto colors = openvdb::Vec3SGrid::create();
+    colors->setName("Cd");
+    colors->setVectorType(openvdb::VEC_INVARIANT);
+    colors->tree().setValueOn({1, 2, 3}, openvdb::Vec3s(1, 0, 0));
+    const auto kept = openvdb::gridPtrCast<openvdb::Vec3SGrid>(placed(*colors, placement));
+    CHECK(kept->tree().getValue({1, 2, 3}) == openvdb::Vec3s(1, 0, 0));
+    const auto ball = std::make_shared<openvdb::DoubleGrid>(*sphere(0).grid);
+    ball->setGridClass(openvdb::GRID_LEVEL_SET);
+    const auto larger = openvdb::gridPtrCast<openvdb::DoubleGrid>(placed(*ball, placement));
+    CHECK(larger->background() == 2 * ball->background());
+    for (auto value = ball->cbeginValueOn(); value; ++value)
+        REQUIRE(larger->tree().getValue(value.getCoord()) == 2 * *value);
+}

@@ -55,17 +55,22 @@ Mesh forHost(Mesh mesh, const HostOptions& options);
 Points forHost(Points points, const HostOptions& options);
 Curves forHost(Curves curves, const HostOptions& options);
 
-/// Returns a grid in the host's world, as one grid or as three (`split`). The values of a vec3s grid rotate and scale
-/// as vectors, and those of a level set scale as distances. A velocity grid (vec3s, called vel, v, velocity or by the
-/// name of a host) gets the host's name and class. A change of axes becomes part of the grid's transform. Staggered
-/// velocities are averaged to voxel centres if the host cannot read them, if the axes change, and if they are split.
-/// The given grid is not changed; the result may share its tree. Throws ValueError if `split` is true and the host
-/// takes no components, and ResourceError if a copy would not fit in memory. Safe to call from several threads.
+/// Returns a grid in the host's world, as one grid or as three (`split`). The values of a grid of vectors rotate and
+/// scale as vectors, unless followsSpace() is false (colours); vec3d becomes vec3s if they change. Those of a level
+/// set, float or double, scale as distances. A velocity grid (vec3s, called vel, v, velocity or by the name of a host)
+/// gets the host's name and class. A change of axes becomes part of the grid's transform. Staggered velocities are
+/// averaged to voxel centres if the host cannot read them, if the axes change, and if they are split. The given grid is
+/// not changed; the result may share its tree. Throws ValueError if `split` is true and the host takes no components,
+/// and ResourceError if a copy would not fit in memory. Safe to call from several threads.
 std::vector<std::shared_ptr<const openvdb::GridBase>> forHost(const std::shared_ptr<const openvdb::GridBase>& grid,
                                                               const HostOptions& options);
 
 /// Returns whether a grid is a velocity by its type and name.
 bool isVelocity(const openvdb::GridBase& grid);
+
+/// Returns whether the values of a grid of vectors rotate and scale with it: false if its vector_type is given as
+/// invariant, as for colours, except for velocities and staggered grids.
+bool followsSpace(const openvdb::GridBase& grid);
 
 /// Returns a copy of a staggered grid with the velocities at voxel centres: the mean of the two faces along each axis.
 /// A voxel is active if one of its faces is.

@@ -42,8 +42,10 @@ LevelSet sampledShape(const Sdf& shape, const LevelSet& like, const Monitor& mon
 LevelSet placed(const LevelSet& levelSet, const Placement& placement);
 /// Returns a mesh rotated, translated and scaled. Its faces keep their orientation.
 Mesh placed(const Mesh& mesh, const Placement& placement);
-/// Returns a grid rotated, translated and scaled by its transform. The vectors of a Vec3SGrid (velocities) rotate with
-/// it. Throws ValueError if a staggered grid would be rotated, since its components lie along its axes.
+/// Returns a grid rotated, translated and scaled by its transform. Vectors (velocities) rotate with it, unless
+/// followsSpace() is false for the grid (HostConversion.h): colours. The distances of a DoubleGrid scale if it is a
+/// level set; a FloatGrid keeps its values, since the overload for level sets scales them. Throws ValueError if a
+/// staggered grid would be rotated, since its components lie along its axes.
 std::shared_ptr<openvdb::GridBase> placed(const openvdb::GridBase& grid, const Placement& placement);
 
 } // namespace curlew
