@@ -5,6 +5,7 @@
 #include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/ScalarGrids.h"
 
+#include <openvdb/tools/Prune.h>
 #include <openvdb/tools/ValueTransformer.h>
 
 #include <algorithm>
@@ -205,15 +206,22 @@ std::vector<GridBase::ConstPtr> forHost(const GridBase::ConstPtr& given, const H
 }
 
 Vec3SGrid::Ptr collocated(const Vec3SGrid& staggered) {
-    requireMemory(2.0 * static_cast<double>(staggered.memUsage()),
+    const auto inTiles = static_cast<double>(staggered.activeVoxelCount() - staggered.tree().activeLeafVoxelCount());
+    requireMemory(2 * (static_cast<double>(staggered.memUsage()) + inTiles * sizeof(openvdb::Vec3s)),
                   "a copy of " + titleOf(staggered) + " at voxel centres", "make the velocities without staggered=1");
+    if (inTiles > 0) { // the voxels at the sides of a tile have faces of its neighbours
+        const auto voxels = staggered.deepCopy();
+        voxels->tree().voxelizeActiveTiles();
+        auto centred = collocated(*voxels);
+        openvdb::tools::prune(centred->tree());
+        return centred;
+    }
     auto centred = staggered.deepCopy();
     centred->setGridClass(openvdb::GRID_UNKNOWN);
     // A face is shared by two voxels, so the voxel below an active one along each axis is active too.
     const auto faces = staggered.getConstAccessor();
     auto access = centred->getAccessor();
     for (auto value = staggered.cbeginValueOn(); value; ++value) {
-        if (!value.isVoxelValue()) continue; // a constant tile does not change
         for (int axis = 0; axis < 3; ++axis) {
             openvdb::Coord below = value.getCoord();
             --below[axis];
@@ -221,7 +229,6 @@ Vec3SGrid::Ptr collocated(const Vec3SGrid& staggered) {
         }
     }
     openvdb::tools::foreach (centred->beginValueOn(), [&staggered](const Vec3SGrid::ValueOnIter& value) {
-        if (!value.isVoxelValue()) return;
         const openvdb::Coord ijk = value.getCoord();
         openvdb::Vec3s mean;
         for (int axis = 0; axis < 3; ++axis) {

@@ -146,3 +146,19 @@ TEST_CASE("HostConversion: vectors and distances of doubles are converted as tho
     CHECK(scaled->background() == 100 * precise->background());
     CHECK(scaled->tree().getValue({10, 0, 0}) == 100 * precise->tree().getValue({10, 0, 0}));
 }
+
+TEST_CASE("HostConversion: staggered velocities in tiles are averaged as those in voxels", "[vdb]") {
+    const auto tiles = openvdb::Vec3SGrid::create();
+    tiles->setGridClass(openvdb::GRID_STAGGERED);
+    tiles->fill(openvdb::CoordBBox({0, 0, 0}, {23, 15, 15}), openvdb::Vec3s(2, 4, 6));
+    REQUIRE(tiles->tree().activeTileCount() > 0);
+    const auto voxels = tiles->deepCopy();
+    voxels->tree().voxelizeActiveTiles();
+    const auto a = collocated(*tiles), b = collocated(*voxels);
+    CHECK(a->activeVoxelCount() == b->activeVoxelCount());
+    for (auto value = b->cbeginValueOn(); value; ++value) REQUIRE(a->tree().getValue(value.getCoord()) == *value);
+    CHECK(a->tree().getValue({23, 3, 3}) == openvdb::Vec3s(1, 4, 6));
+    CHECK(a->tree().getValue({-1, 3, 3}) == openvdb::Vec3s(1, 0, 0));
+    CHECK(a->tree().isValueOn({-1, 3, 3}));
+    CHECK(a->tree().activeTileCount() > 0); // the middle is still constant
+}
