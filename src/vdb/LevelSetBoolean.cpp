@@ -4,6 +4,7 @@
 #include "BandSize.h"
 #include "Enclosed.h"
 #include "SolidChecks.h"
+#include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/HostConversion.h"
 #include "curlew/vdb/Interrupter.h"
@@ -142,6 +143,126 @@ void requireSimilar(const Placement& placement) {
         throw ValueError(fmt::format("scale {}, {}, {} must be positive and equal along all axes", s[0], s[1], s[2]));
 }
 
+// ---- Shapes
+
+using ShapeLeaf = openvdb::FloatTree::LeafNodeType;
+
+/// Returns the box of a bounded shape's band, in voxels of the grid of a level set.
+openvdb::BBoxd bandBox(const Sdf& shape, const LevelSet& like) {
+    const auto width = static_cast<double>(like.grid->background());
+    openvdb::BBoxd box;
+    for (int corner = 0; corner < 8; ++corner) {
+        openvdb::Vec3d p;
+        for (int axis = 0; axis < 3; ++axis)
+            p[axis] = (corner >> axis & 1) ? shape.bounds.upper[axis] + width : shape.bounds.lower[axis] - width;
+        box.expand(like.grid->worldToIndex(p));
+    }
+    return box;
+}
+
+/// The values of a sampled shape where it has no leaves.
+enum class Tiles {
+    background, ///< Outside everywhere, for a flood fill.
+    signs       ///< Inside or outside, in the box.
+};
+
+/// Origins of the leaves of a shape.
+struct ShapeLeaves {
+    std::vector<Coord> atBand; ///< Leaves that may hold a part of the band.
+    std::vector<Coord> inside; ///< Leaves inside; only for Tiles::signs.
+};
+
+/// Finds the leaves of a shape in a box. `distance` takes index coordinates. Throws ResourceError if they are too many.
+template <class Distance>
+ShapeLeaves shapeLeaves(const openvdb::BBoxd& box, Tiles tiles, const Distance& distance, const LevelSet& like,
+                        const Monitor& monitor) {
+    constexpr int kDim = ShapeLeaf::DIM;
+    constexpr double kMost = 1e9, kFarthest = 0x1p30;
+    if (box.empty()) return {};
+    const openvdb::Vec3d size = (box.max() - box.min()) / kDim + openvdb::Vec3d(1);
+    const openvdb::Vec3d lower = box.min(), upper = box.max();
+    const double farthest = std::max({-lower[0], -lower[1], -lower[2], upper[0], upper[1], upper[2]});
+    if (!(size[0] * size[1] * size[2] < kMost && farthest < kFarthest))
+        throw ResourceError(
+            fmt::format("the box of the shape has about {:.3g} x {:.3g} x {:.3g} voxels of {:.3g}, which "
+                        "is too many; make the shape smaller, or the voxels larger",
+                        size[0] * kDim, size[1] * kDim, size[2] * kDim, like.voxelSize()));
+    const double radius = 0.5 * std::sqrt(3.0) * kDim * like.voxelSize() + static_cast<double>(like.grid->background());
+    const Coord first = Coord::floor(lower) & ~(kDim - 1), last = Coord::ceil(upper);
+    std::vector<ShapeLeaves> layers(static_cast<size_t>((last.x() - first.x()) / kDim + 1));
+    parallelFor(
+        layers.size(), 1,
+        [&](size_t begin, size_t) {
+            const int x = first.x() + kDim * static_cast<int>(begin);
+            for (int y = first.y(); y <= last.y(); y += kDim)
+                for (int z = first.z(); z <= last.z(); z += kDim) {
+                    const double d = distance(openvdb::Vec3d(x, y, z) + openvdb::Vec3d(0.5 * (kDim - 1)));
+                    if (std::abs(d) < radius)
+                        layers[begin].atBand.emplace_back(x, y, z);
+                    else if (d < 0 && tiles == Tiles::signs)
+                        layers[begin].inside.emplace_back(x, y, z);
+                }
+        },
+        monitor);
+    ShapeLeaves all;
+    for (const ShapeLeaves& layer : layers) {
+        all.atBand.insert(all.atBand.end(), layer.atBand.begin(), layer.atBand.end());
+        all.inside.insert(all.inside.end(), layer.inside.begin(), layer.inside.end());
+    }
+    return all;
+}
+
+/// Samples a shape in a box, in voxels of the grid of a level set.
+FloatGrid::Ptr sampledIn(const openvdb::BBoxd& box, Tiles tiles, const Sdf& shape, const LevelSet& like,
+                         const Monitor& monitor) {
+    const auto grid = FloatGrid::create(like.grid->background());
+    grid->setTransform(like.grid->transform().copy());
+    grid->setGridClass(openvdb::GRID_LEVEL_SET);
+    grid->setName("surface");
+    const auto distance = [&](const openvdb::Vec3d& ijk) {
+        const openvdb::Vec3d p = grid->indexToWorld(ijk);
+        return shape.distance.at<0>({{p[0], p[1], p[2]}}).value;
+    };
+    const ShapeLeaves found = shapeLeaves(box, tiles, distance, like, monitor);
+    const std::vector<Coord>& origins = found.atBand;
+    requireMemory(static_cast<double>(origins.size()) * (sizeof(ShapeLeaf) + ShapeLeaf::SIZE * sizeof(float)),
+                  fmt::format("a shape of {:.3g} voxels", static_cast<double>(origins.size()) * ShapeLeaf::SIZE),
+                  "make the shape smaller, or the voxels larger");
+    std::vector<std::unique_ptr<ShapeLeaf>> leaves(origins.size());
+    parallelFor(
+        origins.size(), 8,
+        [&](size_t begin, size_t end) {
+            for (size_t n = begin; n < end; ++n) {
+                leaves[n] = std::make_unique<ShapeLeaf>(origins[n], grid->background());
+                for (openvdb::Index k = 0; k < ShapeLeaf::SIZE; ++k) {
+                    const auto d = static_cast<float>(distance(leaves[n]->offsetToGlobalCoord(k).asVec3d()));
+                    const float bound = grid->background();
+                    leaves[n]->setValueOnly(k, std::clamp(d, -bound, bound));
+                    if (std::abs(d) < bound) leaves[n]->setValueOn(k);
+                }
+            }
+        },
+        monitor);
+    const bool signs = tiles == Tiles::signs;
+    for (auto& leaf : leaves)
+        if (!leaf->isEmpty() || (signs && leaf->getFirstValue() < 0)) grid->tree().addLeaf(leaf.release());
+    if (signs)
+        for (const Coord& origin : found.inside) grid->tree().addTile(1, origin, -grid->background(), false);
+    return grid;
+}
+
+/// Samples a shape in the box of the active voxels of a level set, beyond which the level set is outside and the shape
+/// does not matter. A shape that lies in the box is sampled as by sampledShape().
+LevelSet shapeWithin(const LevelSet& levelSet, const Sdf& shape, const Monitor& monitor) {
+    const auto active = levelSet.grid->evalActiveVoxelBoundingBox();
+    openvdb::BBoxd box(active.min().asVec3d(), active.max().asVec3d());
+    if (shape.bounds.finite()) {
+        const openvdb::BBoxd own = bandBox(shape, levelSet);
+        if (box.isInside(own)) return sampledShape(shape, levelSet, monitor);
+    }
+    return {sampledIn(box, Tiles::signs, shape, levelSet, monitor), nullptr};
+}
+
 } // namespace
 
 LevelSet combined(const LevelSet& first, const LevelSet& second, Boolean operation, const Monitor& monitor) {
@@ -165,59 +286,26 @@ LevelSet combined(const LevelSet& first, const LevelSet& second, Boolean operati
 }
 
 LevelSet sampledShape(const Sdf& shape, const LevelSet& like, const Monitor& monitor) {
-    const auto grid = FloatGrid::create(like.grid->background());
-    grid->setTransform(like.grid->transform().copy());
-    grid->setGridClass(openvdb::GRID_LEVEL_SET);
-    const double h = like.voxelSize(), width = static_cast<double>(like.grid->background());
-    // The box of the leaves that may hold a part of the band.
-    openvdb::CoordBBox box = like.grid->evalActiveVoxelBoundingBox();
-    if (shape.bounds.finite()) {
-        openvdb::CoordBBox own;
-        for (int corner = 0; corner < 8; ++corner) {
-            openvdb::Vec3d p;
-            for (int axis = 0; axis < 3; ++axis)
-                p[axis] = (corner >> axis & 1) ? shape.bounds.upper[axis] + width : shape.bounds.lower[axis] - width;
-            own.expand(Coord::floor(grid->worldToIndex(p)));
-            own.expand(Coord::ceil(grid->worldToIndex(p)));
-        }
-        box = own;
-    }
-    using Leaf = openvdb::FloatTree::LeafNodeType;
-    std::vector<Coord> origins;
-    const double radius = 0.5 * std::sqrt(3.0) * static_cast<double>(Leaf::DIM) * h + width;
-    const auto distance = [&](const openvdb::Vec3d& ijk) {
-        const openvdb::Vec3d p = grid->indexToWorld(ijk);
-        return shape.distance.at<0>({{p[0], p[1], p[2]}}).value;
-    };
-    constexpr int kDim = Leaf::DIM;
-    const Coord low = box.min() & ~(kDim - 1);
-    for (int x = low.x(); x <= box.max().x(); x += kDim)
-        for (int y = low.y(); y <= box.max().y(); y += kDim)
-            for (int z = low.z(); z <= box.max().z(); z += kDim)
-                if (std::abs(distance(openvdb::Vec3d(x, y, z) + openvdb::Vec3d(0.5 * (kDim - 1)))) < radius)
-                    origins.emplace_back(x, y, z);
-    std::vector<std::unique_ptr<Leaf>> leaves(origins.size());
-    parallelFor(
-        origins.size(), 8,
-        [&](size_t begin, size_t end) {
-            for (size_t n = begin; n < end; ++n) {
-                leaves[n] = std::make_unique<Leaf>(origins[n], grid->background());
-                for (openvdb::Index k = 0; k < Leaf::SIZE; ++k) {
-                    const auto d = static_cast<float>(distance(leaves[n]->offsetToGlobalCoord(k).asVec3d()));
-                    const float bound = grid->background();
-                    leaves[n]->setValueOnly(k, std::clamp(d, -bound, bound));
-                    if (std::abs(d) < bound) leaves[n]->setValueOn(k);
-                }
-            }
-        },
-        monitor);
-    for (auto& leaf : leaves)
-        if (!leaf->isEmpty()) grid->tree().addLeaf(leaf.release());
+    const auto active = like.grid->evalActiveVoxelBoundingBox();
+    const auto box =
+        shape.bounds.finite() ? bandBox(shape, like) : openvdb::BBoxd(active.min().asVec3d(), active.max().asVec3d());
+    const auto grid = sampledIn(box, Tiles::background, shape, like, monitor);
     openvdb::tools::signedFloodFill(grid->tree());
     if (!enclosesSomething(*grid))
         throw ValueError("the shape contains no voxel centre of the level set's grid; use smaller voxels");
-    grid->setName("surface");
     return {grid, nullptr};
+}
+
+LevelSet combined(const Sdf& first, const LevelSet& second, Boolean operation, const Monitor& monitor) {
+    const bool within = operation == Boolean::intersect;
+    const LevelSet shape = within ? shapeWithin(second, first, monitor) : sampledShape(first, second, monitor);
+    return combined(shape, second, operation, monitor);
+}
+
+LevelSet combined(const LevelSet& first, const Sdf& second, Boolean operation, const Monitor& monitor) {
+    const bool within = operation != Boolean::unite;
+    const LevelSet shape = within ? shapeWithin(first, second, monitor) : sampledShape(second, first, monitor);
+    return combined(first, shape, operation, monitor);
 }
 
 Mesh placed(const Mesh& mesh, const Placement& placement) {

@@ -144,6 +144,41 @@ TEST_CASE("placed: velocity vectors rotate with their grid", "[vdb]") {
     CHECK_THROWS_AS(placed(*grid, Placement{.rotate = {{0, 0, 90}}}), ValueError);
 }
 
+TEST_CASE("level set boolean: a shape that is larger than the level set gives the same values as its whole sample",
+          "[vdb]") {
+    const LevelSet ball = sphere(0);
+    const Placement aside{.offset = {{3.3, 0.2, -0.1}}, .rotate = {{10, 20, 30}}, .scale = {{1, 1, 1}}};
+    const Sdf shape = placed(boxSdf({{6, 6, 6}}, 0.4), aside); // its left side cuts the ball
+    const LevelSet whole = sampledShape(shape, ball);
+    const auto requireSame = [](const LevelSet& a, const LevelSet& b) {
+        CHECK(a.grid->activeVoxelCount() == b.grid->activeVoxelCount());
+        for (auto value = a.grid->cbeginValueOn(); value; ++value)
+            if (b.grid->tree().getValue(value.getCoord()) != *value) FAIL("differs at " << value.getCoord());
+    };
+    requireSame(combined(ball, shape, Boolean::intersect), combined(ball, whole, Boolean::intersect));
+    requireSame(combined(shape, ball, Boolean::intersect), combined(whole, ball, Boolean::intersect));
+    requireSame(combined(ball, shape, Boolean::subtract), combined(ball, whole, Boolean::subtract));
+    requireSame(combined(shape, ball, Boolean::subtract), combined(whole, ball, Boolean::subtract));
+    requireSame(combined(ball, shape, Boolean::unite), combined(ball, whole, Boolean::unite));
+    // A shape in the box of the level set, and unbounded ones that cut it or contain it.
+    const Sdf small = sphereSdf(0.5);
+    requireSame(combined(ball, small, Boolean::subtract), combined(ball, sampledShape(small, ball), Boolean::subtract));
+    const Sdf cut = planeSdf({{0, 1, 0}}, 0);
+    requireSame(combined(ball, cut, Boolean::intersect), combined(ball, sampledShape(cut, ball), Boolean::intersect));
+    requireSame(combined(ball, planeSdf({{0, 1, 0}}, 7), Boolean::intersect), ball);
+    CHECK_THROWS_WITH(combined(ball, planeSdf({{0, 1, 0}}, 7), Boolean::subtract),
+                      Catch::ContainsSubstring("nothing is left"));
+    requireSame(combined(ball, sphereSdf(1e7), Boolean::intersect), ball);
+}
+
+TEST_CASE("sampledShape: a shape with too many voxels is refused, and sampling can be stopped", "[vdb]") {
+    const LevelSet ball = sphere(0);
+    CHECK_THROWS_AS(sampledShape(sphereSdf(1e3), ball), ResourceError);
+    CHECK_THROWS_AS(sampledShape(sphereSdf(1e12), ball), ResourceError);
+    CHECK_THROWS_AS(combined(ball, sphereSdf(1e12), Boolean::unite), ResourceError);
+    CHECK_THROWS_AS(sampledShape(sphereSdf(3), ball, {.report = {}, .cancelled = [] { return true; }}), Interrupted);
+}
+
 TEST_CASE("placed: vectors of doubles turn, distances of doubles scale, and colours stay", "[vdb]") {
     const Placement placement{.offset = {{1, 2, 3}}, .rotate = {{0, 0, 90}}, .scale = {{2, 2, 2}}};
     const auto vectors = openvdb::Vec3DGrid::create();

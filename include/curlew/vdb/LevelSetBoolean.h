@@ -31,9 +31,15 @@ enum class Boolean {
 /// Throws ValueError if nothing is left, and Interrupted. The result does not depend on the number of threads.
 LevelSet combined(const LevelSet& first, const LevelSet& second, Boolean operation, const Monitor& monitor = {});
 
+/// Combine a level set with a shape, which is sampled on the grid of the level set: within its box if the result lies
+/// there, otherwise as by sampledShape(). Throw as above and as sampledShape() does, but a shape that the difference
+/// takes away may contain no voxel centre of the box.
+LevelSet combined(const Sdf& first, const LevelSet& second, Boolean operation, const Monitor& monitor = {});
+LevelSet combined(const LevelSet& first, const Sdf& second, Boolean operation, const Monitor& monitor = {});
+
 /// Samples a shape as a level set with the voxels and the half width of `like`: within the shape's bounds, or within
 /// the box of the active voxels of `like` if the shape is unbounded. Throws ValueError if the shape encloses no voxel
-/// there.
+/// there, ResourceError if it has too many voxels or they do not fit in memory, and Interrupted.
 LevelSet sampledShape(const Sdf& shape, const LevelSet& like, const Monitor& monitor = {});
 
 /// Returns a level set, with its mesh, rotated, translated and scaled uniformly. Values stay distances. The mesh is
