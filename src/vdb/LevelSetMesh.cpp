@@ -17,7 +17,8 @@ Mesh surfaceOf(const openvdb::FloatGrid& grid, double adaptivity) {
         throw ValueError(fmt::format("adaptivity {} must be between 0 and 1", adaptivity));
     Mesh mesh;
     openvdb::tools::volumeToMesh(grid, mesh.points, mesh.triangles, mesh.quads, 0.0, adaptivity);
-    // OpenVDB's faces run clockwise as seen from outside.
+    // OpenVDB's faces run clockwise as seen from outside, or counter-clockwise if the grid's axes are left-handed.
+    if (!(grid.transform().baseMap()->determinant() > 0)) return mesh;
     for (auto& face : mesh.triangles) std::swap(face[0], face[2]);
     for (auto& face : mesh.quads) std::swap(face[1], face[3]);
     return mesh;

@@ -66,3 +66,12 @@ TEST_CASE("levelSetToMesh: a grid without a surface or an invalid adaptivity is 
     for (const double adaptivity : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()})
         CHECK_THROWS_WITH(levelSetToMesh(ball(1, 0.2), adaptivity), Catch::ContainsSubstring("adaptivity"));
 }
+
+TEST_CASE("levelSetToMesh: faces point outwards in a mirrored grid too", "[vdb]") {
+    const LevelSet sphere = ball(1, 0.1);
+    const auto mirrored = sphere.grid->deepCopy();
+    mirrored->transform().preScale(openvdb::Vec3d(-1, 1, 1));
+    const Mesh mesh = levelSetToMesh({mirrored, nullptr});
+    CHECK(topologyOf(mesh).closed());
+    CHECK(volumeOf(mesh) == Approx(volumeOf(levelSetToMesh(sphere))).epsilon(1e-4));
+}
