@@ -146,16 +146,16 @@ WorldBox<GridType> resampled(const GridType& grid, int maxSize, const Monitor& m
                   "use larger voxels or a smaller box");
     const double voxel = (box.upper[0] - box.lower[0]) / box.size[0];
     const openvdb::Vec3d edges = grid.voxelSize();
-    const int parts = static_cast<int>(std::ceil(voxel / std::max({edges[0], edges[1], edges[2]}) - 1e-6));
+    const int parts = static_cast<int>(std::ceil(voxel / std::min({edges[0], edges[1], edges[2]}) - 1e-6));
     const double part = voxel / std::max(parts, 1);
     typename WorldBox<GridType>::Dense dense(openvdb::CoordBBox(Coord(0), box.size - Coord(1)));
     const auto meanAt = [&](const auto& sampler, const Coord& ijk) {
         decltype(wide(Value())) sum(0);
         const openvdb::Vec3d first =
             box.lower + openvdb::Vec3d(voxel * ijk[0], voxel * ijk[1], voxel * ijk[2]) + openvdb::Vec3d(0.5 * part);
-        const int n = std::max(parts, 1);
-        for (int k = 0; k < n * n * n; ++k) {
-            const Coord at(k % n, k / n % n, k / n / n);
+        const int64_t n = std::max(parts, 1);
+        for (int64_t k = 0; k < n * n * n; ++k) {
+            const Coord at(static_cast<int>(k % n), static_cast<int>(k / n % n), static_cast<int>(k / n / n));
             sum += wide(sampler.wsSample(first + part * at.asVec3d()));
         }
         return Value(sum / static_cast<double>(n * n * n));
