@@ -244,11 +244,23 @@ std::vector<double> indexToWorld(const GridBase& grid, const openvdb::Coord& ori
     return numbers;
 }
 
+bool holdsVectors(const GridBase& grid) {
+    return grid.isType<openvdb::Vec3SGrid>() || grid.isType<openvdb::Vec3DGrid>();
+}
+
+/// Returns the name for a grid whose members have names that are not in use, and adds these to the names.
 std::string unusedName(const GridBase& grid, std::set<std::string>& names) {
     std::string wanted = grid.getName().empty() ? "grid" : grid.getName();
     std::replace(wanted.begin(), wanted.end(), '/', '_'); // a member of an archive would be in a folder
     std::string name = wanted;
-    for (int number = 2; !names.insert(name).second; ++number) name = fmt::format("{}{}", wanted, number);
+    const auto members = [&] {
+        std::vector<std::string> all{name, name + "_transform"};
+        if (holdsVectors(grid)) all.push_back(name + "_staggered");
+        return all;
+    };
+    const auto used = [&](const std::string& member) { return names.contains(member); };
+    for (int number = 2; std::ranges::any_of(members(), used); ++number) name = fmt::format("{}{}", wanted, number);
+    for (std::string& member : members()) names.insert(std::move(member));
     return name;
 }
 

@@ -4,6 +4,8 @@
 #include "curlew/vdb/Openvdb.h"
 #include "support/HostObjects.h"
 
+#include <set>
+
 using namespace curlew;
 using namespace curlew::test;
 using Catch::Matchers::ContainsSubstring;
@@ -16,6 +18,20 @@ std::vector<openvdb::GridBase::ConstPtr> grids() {
     density->setName("density");
     density->tree().setValue({1, 2, 3}, 0.5f);
     return {rampGrid(), density};
+}
+
+/// A member of a ZIP archive by its entry in the directory.
+struct Member {
+    std::string name;
+    bool utf8;
+};
+
+std::vector<Member> membersOf(const std::string& zip) {
+    std::vector<Member> members;
+    for (size_t at = zip.find("PK\1\2"); at != std::string::npos; at = zip.find("PK\1\2", at + 1))
+        members.push_back(
+            {zip.substr(at + 46, littleAt<uint16_t>(zip, at + 28)), (littleAt<uint16_t>(zip, at + 8) & 1 << 11) != 0});
+    return members;
 }
 
 } // namespace
@@ -119,4 +135,18 @@ TEST_CASE("NumpyFile: refuses values and grids that cannot be written", "[vdb]")
     CHECK_THAT(messageOf([&] { writeNumpy(folder / "a.npz", {bad}); }), ContainsSubstring("not finite at voxel 0,2,7"));
     CHECK_THAT(messageOf([&] { writeNumpy(folder / "a.npy", grids()); }), ContainsSubstring("one grid"));
     CHECK(folder.files() == 0);
+}
+
+TEST_CASE("NumpyFile: the members of an archive have different names", "[vdb]") {
+    const Folder folder;
+    for (const auto& names : {std::vector<std::string>{"v", "v_transform", "v_staggered", "v"},
+                              std::vector<std::string>{"v_staggered", "v_transform", "v", "fps"}}) {
+        std::vector<openvdb::GridBase::ConstPtr> all;
+        for (const std::string& name : names) all.push_back(rampGrid(name));
+        writeNumpy(folder / "a.npz", all, {.time = FrameTime{.frame = 7, .fps = 25}});
+        std::set<std::string> found;
+        for (const Member& member : membersOf(bytesOf(folder / "a.npz"))) CHECK(found.insert(member.name).second);
+        CHECK(found.size() == 3 * names.size() + 2);
+        CHECK(found.contains(names[0] + ".npy"));
+    }
 }
