@@ -20,6 +20,12 @@ namespace {
 
 constexpr double kZip64From = 4.0e9; // a little less than 2^32, for members that do not shrink
 
+constexpr unsigned long kUtf8 = 1 << 11; // the flag for names in UTF-8; without it they are in code page 437
+
+bool isAscii(const std::string& name) {
+    return std::all_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+}
+
 FileError unwritable(const std::filesystem::path& path) {
     return FileError(fmt::format("cannot write '{}': the disk may be full", path.string()));
 }
@@ -71,8 +77,10 @@ void ZipWriter::add(const std::string& name, double bytes, const std::function<v
     zip_fileinfo info{};
     info.tmz_date.tm_mday = 1;
     info.tmz_date.tm_year = 1980;
-    if (zipOpenNewFileInZip64(mArchive->file, name.c_str(), &info, nullptr, 0, nullptr, 0, nullptr,
-                              mDeflate ? Z_DEFLATED : 0, Z_DEFAULT_COMPRESSION, bytes >= kZip64From) != ZIP_OK)
+    if (zipOpenNewFileInZip4_64(mArchive->file, name.c_str(), &info, nullptr, 0, nullptr, 0, nullptr,
+                                mDeflate ? Z_DEFLATED : 0, Z_DEFAULT_COMPRESSION, 0, -MAX_WBITS, DEF_MEM_LEVEL,
+                                Z_DEFAULT_STRATEGY, nullptr, 0, 0, isAscii(name) ? 0 : kUtf8,
+                                bytes >= kZip64From) != ZIP_OK)
         throw unwritable(mPath);
     MemberBuffer buffer(mArchive->file, mPath, mCancelled);
     std::ostream out(&buffer);

@@ -150,3 +150,12 @@ TEST_CASE("NumpyFile: the members of an archive have different names", "[vdb]") 
         CHECK(found.contains(names[0] + ".npy"));
     }
 }
+
+TEST_CASE("NumpyFile: names with letters beyond ASCII are marked as UTF-8", "[vdb]") {
+    const Folder folder;
+    writeNumpy(folder / "a.npz", {rampGrid("vel"), rampGrid("wei\xc3\x9f")});
+    for (const Member& member : membersOf(bytesOf(folder / "a.npz"))) {
+        CAPTURE(member.name);
+        CHECK(member.utf8 == (member.name.find('\xc3') != std::string::npos));
+    }
+}
