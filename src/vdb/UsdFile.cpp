@@ -47,7 +47,10 @@ std::string inQuotes(std::string_view text) {
     std::string result = "\"";
     for (const char c : text) {
         if (c == '"' || c == '\\') result += '\\';
-        result += c;
+        if (static_cast<unsigned char>(c) < ' ')
+            result += fmt::format("\\x{:02x}", static_cast<unsigned char>(c)); // a line end would end the string
+        else
+            result += c;
     }
     return result + '"';
 }

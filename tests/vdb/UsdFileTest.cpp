@@ -211,3 +211,10 @@ TEST_CASE("UsdFile: refuses values that other programs cannot read", "[vdb]") {
     CHECK_THAT(messageOf([&] { writeUsda(folder / "a.usda", {rampGrid()}, {}); }), ContainsSubstring("give the .vdb"));
     CHECK(folder.files() == 0);
 }
+
+TEST_CASE("UsdFile: control characters in names are escaped", "[vdb]") {
+    const Folder folder;
+    const std::vector<openvdb::GridBase::ConstPtr> grids{rampGrid("a\n\tb \"c\"")};
+    writeUsda(folder / "a.usda", grids, std::vector<UsdAsset>{{1, folder / "a.vdb"}});
+    CHECK_THAT(bytesOf(folder / "a.usda"), ContainsSubstring(R"(fieldName = "a\x0a\x09b \"c\"")"));
+}
