@@ -18,7 +18,8 @@ FileError noCurves(const fs::path& path, const std::string& what) {
 
 /// Reads the points (`v`) and polylines (`l`) of an .obj.
 Curves readObjCurves(const fs::path& path) {
-    const std::string text = contentOf(path);
+    std::string text = contentOf(path);
+    unifyLines(text);
     std::string_view rest = text;
     std::vector<Vec3d> points;
     std::vector<Polyline> polylines;
@@ -119,9 +120,11 @@ Curves readCurves(const fs::path& path) {
 
 bool holdsCurves(const fs::path& path) {
     if (extensionOf(path) == ".ply") return contentOfPly(path) == PlyContent::curves;
-    const std::string text = contentOf(path);
+    std::string text = contentOf(path);
     std::string_view rest = text;
     if (extensionOf(path) == ".csv") return takeLine(rest).substr(0, 6) == "curve,";
+    unifyLines(text);
+    rest = text;
     bool lines = false;
     while (!rest.empty()) {
         std::string_view line = takeLine(rest);

@@ -71,6 +71,9 @@ Polygons parseStl(std::string_view data, const MeshSource& source);
 
 // ---- Lines, words and numbers of text files
 
+/// Joins the continued lines of an .obj and makes all its line ends \n.
+void unifyLines(std::string& text);
+
 /// Removes and returns the next line of the text, without its line end.
 std::string_view takeLine(std::string_view& text);
 

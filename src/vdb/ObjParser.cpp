@@ -8,15 +8,6 @@ namespace curlew {
 
 namespace {
 
-/// Joins continued lines and unifies line ends.
-void unifyLines(std::string& text) {
-    for (size_t n = text.find_first_of("\r\\"); n < text.size(); n = text.find_first_of("\r\\", n + 1)) {
-        if (text[n] == '\r') text[n] = n + 1 < text.size() && text[n + 1] == '\n' ? ' ' : '\n';
-        const size_t next = std::min(text.find_first_not_of('\r', n + 1), text.size());
-        if (text[n] == '\\' && next < text.size() && text[next] == '\n') std::fill(&text[n], &text[next] + 1, ' ');
-    }
-}
-
 class ObjParser {
   public:
     ObjParser(std::string_view text, const MeshSource& source) : mRest(text), mSource(source) {}
@@ -106,6 +97,19 @@ class ObjParser {
 };
 
 } // namespace
+
+void unifyLines(std::string& text) {
+    constexpr std::string_view kSpecial = "\r\\#";
+    for (size_t n = text.find_first_of(kSpecial); n < text.size(); n = text.find_first_of(kSpecial, n + 1)) {
+        if (text[n] == '#') { // a comment is not continued
+            n = std::min(text.find_first_of("\r\n", n), text.size()) - 1;
+            continue;
+        }
+        if (text[n] == '\r') text[n] = n + 1 < text.size() && text[n + 1] == '\n' ? ' ' : '\n';
+        const size_t next = std::min(text.find_first_not_of('\r', n + 1), text.size());
+        if (text[n] == '\\' && next < text.size() && text[next] == '\n') std::fill(&text[n], &text[next] + 1, ' ');
+    }
+}
 
 Polygons parseObj(std::string text, const MeshSource& source) {
     if (text.find('\0') != std::string::npos) throw source.error("it is not text; give a Wavefront .obj file");

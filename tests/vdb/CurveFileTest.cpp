@@ -17,6 +17,7 @@
 #include <fstream>
 #include <limits>
 #include <sstream>
+#include <string_view>
 
 using namespace curlew;
 using Catch::Matchers::ContainsSubstring;
@@ -310,4 +311,22 @@ TEST_CASE("CurveFile: invalid curves are refused and leave no file", "[vdb]") {
     CHECK(folder.files() == 0);
     writeCsv(folder / "a.csv", big); // CSV has no limit for ids
     CHECK_THAT(bytesOf(folder / "a.csv"), ContainsSubstring("\n2147483648,2,1,"));
+}
+
+TEST_CASE("readCurves: an OBJ may have continued lines and any line ends", "[vdb]") {
+    const Folder folder;
+    const std::string points = "v 0 0 0\nv 1 0 0\nv 2 0 0\n";
+    for (const std::string lines : {"l 1 2 3\n", "l 1 \\\n2\\\n 3\n", "# a folder\\\nl 1 2 3\n"})
+        for (const char* end : {"\n", "\r\n", "\r"}) {
+            std::string text = points + lines;
+            if (end == std::string_view("\r") && lines.find('\\') != std::string::npos) continue;
+            for (size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + std::strlen(end)))
+                text.replace(at, 1, end);
+            CAPTURE(text);
+            test::store(folder / "a.obj", text);
+            CHECK(holdsCurves(folder / "a.obj"));
+            const Curves c = readCurves(folder / "a.obj");
+            REQUIRE(c.vertices() == 3);
+            CHECK(c.x[2] == 2);
+        }
 }
