@@ -90,8 +90,9 @@ bool parse(std::string_view word, int64_t& value);
 /// range give values that are not finite.
 ///
 /// The integral part, the first 15 decimals and the power of ten are each rounded to Real, as in the library that
-/// earlier versions used. Results are off by up to 2 units in the last place, and meshes stay identical to those of
-/// earlier versions.
+/// earlier versions used, so meshes stay identical to those of earlier versions. Further decimals are dropped: before
+/// the power of ten is applied, a number is off by up to 1e-15, and 1e-16 without an exponent is 0. Apart from that,
+/// results are off by up to 2 units in the last place, or more if the power of ten alone is subnormal or out of range.
 template <class Real>
 bool parse(std::string_view word, Real& value);
 

@@ -33,9 +33,10 @@ struct ColorScale {
     float lower = 0, upper = 1; ///< In units of the image's values; finite, lower < upper.
 };
 
-/// Returns the range from percentile 0.5 to 99.5 of an image, over all channels, without NaN and infinities. `viridis`
-/// starts at 0 if no value is negative; `diverging` is symmetric about 0. A constant image gets a range around its
-/// value, an image without values [0, 1] or [-1, 1], so that always lower < upper.
+/// Returns the range from percentile 0.5 to 99.5 of an image, over all channels, without NaN and infinities; the full
+/// range if the two are equal. `viridis` starts at 0 if no value is negative; `diverging` is symmetric about 0. If that
+/// leaves a single value, the range is from 0 to twice the value; if that is 0, or there are no values, [0, 1] or, for
+/// `diverging`, [-1, 1]. So always lower < upper.
 ColorScale automaticScale(const Image& image, ColorMap map);
 
 /// Returns one scale for all images of one channel: the automatic scale of all their values.

@@ -33,10 +33,10 @@ struct UsdSample {
     std::shared_ptr<const Geometry> geometry;
 };
 
-/// Writes a Points prim: points, velocities (world units per second), ids, a constant width (a quarter of the mean
-/// distance between neighbours in the first sample; change it in the host) and the primvars age, life, fade, f and g.
-/// With time, all of them are time samples. Throws ValueError if arrays differ in length, a position or velocity is not
-/// finite, or there is no sample.
+/// Writes a Points prim: points, velocities (world units per second), ids, a constant width (a quarter of the
+/// distance between neighbours if the points of the first sample filled their box evenly, 0.01 if there are none;
+/// change it in the host) and the primvars age, life, fade, f and g. With time, all of them are time samples. Throws
+/// ValueError if arrays differ in length, a position or velocity is not finite, or there is no sample.
 void writeUsda(const std::filesystem::path& path, const std::vector<UsdSample<Points>>& samples,
                const UsdOptions& options = {}, const std::function<bool()>& cancelled = {});
 

@@ -46,7 +46,7 @@ std::vector<std::shared_ptr<openvdb::GridBase>> readVdbBytes(std::string_view by
 enum class GridKind {
     levelSet,
     fogVolume,
-    velocity, ///< Vec3s, collocated or staggered.
+    velocity, ///< Any grid of vectors, of floats or doubles: also colours.
     points,
     other
 };
