@@ -71,8 +71,8 @@ LevelSet combinedSolids(const Context& c, const Arguments& a, Boolean operation,
                 throw ValueError(
                     "the union of a level set and an unbounded shape is unbounded; cut the shape off first (-box "
                     "-intersection)");
-    if (!first) first = sampledShape(c.sdf("first", 0), *second, monitor);
-    if (!second) second = sampledShape(c.sdf("second", 0), *first, monitor);
+    if (!first) return combined(c.sdf("first", 0), *second, operation, monitor);
+    if (!second) return combined(*first, c.sdf("second", 0), operation, monitor);
     return combined(*first, *second, operation, monitor);
 }
 
