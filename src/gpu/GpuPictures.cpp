@@ -50,8 +50,10 @@ layout(push_constant) uniform Request {
 
 vec2 vectorAt(vec2 p) {
     vec2 q = clamp(p - 0.5, vec2(0.0), vec2(width - 1, height - 1));
-    ivec2 a = ivec2(q), b = min(a + 1, ivec2(width - 1, height - 1));
+    ivec2 a = ivec2(q);
     vec2 t = q - vec2(a);
+    // A neighbour without weight does not count, even if it is NaN.
+    ivec2 b = min(a + ivec2(greaterThan(t, vec2(0.0))), ivec2(width - 1, height - 1));
     vec2 upper = vectors[a.y * width + a.x] * (1.0 - t.x) + vectors[a.y * width + b.x] * t.x;
     vec2 lower = vectors[b.y * width + a.x] * (1.0 - t.x) + vectors[b.y * width + b.x] * t.x;
     vec2 v = upper * (1.0 - t.y) + lower * t.y;

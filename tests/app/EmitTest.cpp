@@ -248,7 +248,7 @@ TEST_CASE("emit: points are born where a moving emitter is at the time of their 
     for (size_t k = 0; k < born.size(); ++k) {
         const double birth = 0.2 - static_cast<double>(born.age[k]);
         CHECK(std::abs(born.x[k] - 5 * birth) < 0.1 + 0.25 * 0.35);
-        count += born.age[k] > 0.05 ? 1 : 0;
+        count += born.age[k] > 0.05F ? 1 : 0;
     }
     CHECK(born.size() == 400);
     CHECK(std::abs(static_cast<double>(count) - 300) <= 1); // by rounding
