@@ -148,7 +148,8 @@ class Saving(Case):
             self.check()
             self.assertEqual(sorted(path.name for path in place.glob("*.csv")), [*(f"dust.{k}.csv" for k in range(1, 5)), "seeds.0001.csv"])
             support.addon("scene_io").export(build.tree, place / "a##{.txt", self.scene)
-            self.assertEqual(support.run_command("a$#$#{{.txt", place).returncode, 0)
+            ran = support.run_command("a$#$#{{.txt", place)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
             self.assertTrue((place / "a##{_Volume_Result.0003.vdb").exists())
 
     def clear(self):

@@ -130,8 +130,16 @@ def export(tree: bpy.types.NodeTree, path: Path, scene: bpy.types.Scene) -> None
     same files. Results are also written there. Raises TreeError or OSError on failure."""
     trees.clear_errors(tree)
     stem, frame = plain(path.stem), ".$F4" if trees.is_sequence(tree) else ""
+    names: Dict[str, str] = {}  # of the results, by key; all differ
+
+    def named(key: str, wanted: str) -> str:
+        if key not in names:
+            numbered = [wanted] + [f"{wanted}_{k}" for k in range(2, len(names) + 3)]
+            names[key] = next(name for name in numbered if name not in names.values())
+        return names[key]
+
     try:
-        collected = trees.collect(tree, lambda key, name: f"{stem}_{name}{frame}.vdb")
+        collected = trees.collect(tree, lambda key, name: f"{stem}_{named(key, name)}{frame}.vdb")
         plan = finished(planned(tree, scene, collected))
         graph = plan.graph
         for node in graph["nodes"]:
@@ -140,7 +148,8 @@ def export(tree: bpy.types.NodeTree, path: Path, scene: bpy.types.Scene) -> None
         for key, (kind, link) in collected.wanted.items():
             ending = {"points": ".ply", "curves": ".obj", "mesh": ".ply"}[kind]
             label = collected.nodes[key].label or collected.nodes[key].bl_label.split(" ")[0]
-            graph["nodes"].append(graph_node(key, "write", [f"{stem}_{label.lower()}{frame}{ending}"], {}, {"what": [link]}))
+            file = f"{stem}_{named(key, label.lower())}{frame}{ending}"
+            graph["nodes"].append(graph_node(key, "write", [file], {}, {"what": [link]}))
         graph.pop("wanted", None)
         with library.said_of_nodes():
             text = library.curlew().translate(graph, "scene")
