@@ -103,7 +103,7 @@ class SceneWriter {
             for (const auto& name : names) mUsed.insert(name.substr(0, name.find('.')));
             text += fmt::format(" {}={}", action.takes[i].name, names.empty() ? "none" : join(names, ","));
         }
-        if (mNamed.contains(shadow.name) || (node.named && isNodeName(node.name) && !node.outputs.empty()))
+        if (mNamed.contains(shadow.name) || (node.named && isNodeName(node.name) && !action.makes.empty()))
             text += " as=" + shadow.name;
         mText += text + "\n";
         shadow.inputs = wanted;
