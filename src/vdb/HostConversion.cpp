@@ -102,7 +102,8 @@ GridBase::ConstPtr withHostValues(const GridBase::ConstPtr& grid, AxisMap axes, 
 
 /// Returns vectors of doubles as floats if the options change them. Hosts take velocities as floats.
 GridBase::ConstPtr asFloats(const GridBase::ConstPtr& grid, const HostOptions& options) {
-    const bool changed = !axesOf(options).identity() || options.velocityScale != 1 || options.split;
+    const bool turned = !axesOf(options).identity() && followsSpace(*grid);
+    const bool changed = turned || options.velocityScale != 1 || options.split;
     if (!changed || !grid->isType<openvdb::Vec3DGrid>()) return grid;
     requireMemory(0.5 * static_cast<double>(grid->memUsage()), "a copy of " + titleOf(*grid), "free some memory");
     return vectorsOf(grid);

@@ -175,8 +175,10 @@ std::string encloses(const SolidFigures& figures, double voxel) {
 
 int mostVoxels(const Mesh& mesh) {
     const auto size = boxOf(mesh).extents();
-    const double most = std::max({size[0], size[1], size[2]}) / kSmallestVoxel;
-    return static_cast<int>(std::clamp(most, 1.0, 1e6));
+    constexpr double kMost = 1e6;
+    const double longest = std::max({size[0], size[1], size[2]});
+    if (!(longest > 0)) return static_cast<int>(kMost); // solidOf() says what is wrong
+    return static_cast<int>(std::clamp(longest / kSmallestVoxel, 1.0, kMost));
 }
 
 MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options, const Monitor& monitor) {

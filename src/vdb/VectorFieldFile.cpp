@@ -135,7 +135,7 @@ double wide(float value) { return static_cast<double>(value); }
 openvdb::Vec3d wide(const openvdb::Vec3s& value) { return openvdb::Vec3d(value); }
 
 /// Samples a grid at the voxels of boxAround(). Larger voxels than the grid's get the mean of several trilinear
-/// samples, one for each voxel of the grid in them, so that no detail is skipped.
+/// samples, one for each voxel of the grid in them (up to 16 along an edge), so that no detail is skipped.
 template <class GridType>
 WorldBox<GridType> resampled(const GridType& grid, int maxSize, const Monitor& monitor) {
     using Value = typename GridType::ValueType;
@@ -146,7 +146,9 @@ WorldBox<GridType> resampled(const GridType& grid, int maxSize, const Monitor& m
                   "use larger voxels or a smaller box");
     const double voxel = (box.upper[0] - box.lower[0]) / box.size[0];
     const openvdb::Vec3d edges = grid.voxelSize();
-    const int parts = static_cast<int>(std::ceil(voxel / std::min({edges[0], edges[1], edges[2]}) - 1e-6));
+    constexpr double kMostParts = 16; // along an edge
+    const double exact = std::ceil(voxel / std::min({edges[0], edges[1], edges[2]}) - 1e-6);
+    const int parts = static_cast<int>(std::min(exact, kMostParts));
     const double part = voxel / std::max(parts, 1);
     typename WorldBox<GridType>::Dense dense(openvdb::CoordBBox(Coord(0), box.size - Coord(1)));
     const auto meanAt = [&](const auto& sampler, const Coord& ijk) {

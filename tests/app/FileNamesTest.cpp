@@ -60,12 +60,18 @@ TEST_CASE("file names: an input cannot be overwritten but an own output may be r
     folder.mustFail("-read ball.ply -write ./ball.ply", {"overwrite an input"});
     folder.mustFail("-read ball.ply -mesh2ls dim=8 -check report=ball.ply", {"-check", "overwrite an input"});
     folder.mustFail("-read ball.ply -report ball.ply", {"-report", "overwrite an input"});
-    folder.mustFail("-read ball.ply -frames 1-2 checkpoint=ball.ply -print", {"-frames", "overwrite an input"});
+    folder.mustFail("-read ball.ply -frames 1-2 checkpoint=ball.ply -print", {"-read", "checkpoint of -frames"});
     test::store(folder / "in.csv", "x,y,z\n0,0,0\n");
     folder.mustFail("-noise -probe in.csv in.csv", {"-probe", "overwrite an input"});
     folder.mustFail("-plot in.csv in.csv", {"-plot", "overwrite an input"});
     folder.mustFail("-plot in.csv a.png", {"a.png", ".svg"});
     folder.mustRun("-noise -probe in.csv out.csv -plot out.csv out.svg");
+    folder.mustFail("-noise -probe in.csv o.csv -noise -dfvn -velocity dim=8 -spectrum plot=in.csv",
+                    {"-spectrum", "overwrite an input"});
+    // Inputs of frames that another process computes need not be there.
+    test::store(folder / "in.1.csv", "x,y,z\n0,0,0\n");
+    folder.mustRun("-frames 1-2 part=1/2 -noise -probe 'in.$F.csv' 'out.$F.csv'");
+    folder.mustFail("-frames 1-2 part=2/2 -noise -probe 'in.$F.csv' 'out.$F.csv'", {"in.2.csv", "no such file"});
     folder.mustFail("-frames 1-2 -read ball.ply -write ball.ply overwrite=1", {"overwrite an input"});
     CHECK(test::bytesOf(folder / "ball.ply") == before);
     folder.mustRun("-read ball.ply -write b.ply -read b.ply -write b.ply");

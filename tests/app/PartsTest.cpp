@@ -98,6 +98,12 @@ TEST_CASE("parts: one part alone has its number in file names and expressions", 
     CHECK(bytesOf(folder / "one.2.2.csv") == bytesOf(folder / "each.2.2.csv"));
     folder.mustRun("-scatter count=21 part=3/3 box=0,0,0,1,1,1 -write '$P2.csv'");
     CHECK(rowsOf(folder / "03.csv").size() == 7);
+    // Points that are not in parts are the same beside any part.
+    const std::string whole = "-scatter count=4 box=0,0,0,1,1,1 -write ",
+                      part = " -scatter count=9 box=0,0,0,1,1,1 part=";
+    folder.mustRun(whole + "a.csv" + part + "3/3 -write 'p.$P.csv'");
+    folder.mustRun(whole + "b.csv");
+    CHECK(bytesOf(folder / "a.csv") == bytesOf(folder / "b.csv"));
 }
 
 TEST_CASE("parts: a session evaluates again what depends on the part", "[app]") {

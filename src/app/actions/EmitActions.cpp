@@ -15,14 +15,16 @@ using namespace options;
 
 const std::string kEmitGroup = "points";
 
-/// Returns the domain in equal intervals of the frame: in one, unless a shape or level set moves by a quarter of its
-/// size or more.
+/// Returns the domain in equal intervals of the frame: in one, unless a shape or rigid body moves by a quarter of its
+/// size or more. (Between two frames, other level sets are blends, which may enclose nothing.)
 std::vector<Domain> birthplaces(const Context& c, const Arguments& a, const Birthplace& birth) {
     constexpr double kStep = 0.25, kMost = 64; // of the diagonal of its box; intervals
     std::vector<Domain> places{birth.domain};
     if (!c.has("domain") || c.kind("domain") == Kind::flow || c.steady("domain") || !birth.domain.wall) return places;
     const FrameClock& clock = *c.clock();
-    if (!(clock.duration > 0)) return places;
+    const auto* grid = std::get_if<GridValue>(&c.value("domain"));
+    const bool blends = grid && !grid->body;
+    if (!(clock.duration > 0) || blends || !birth.domain.wall->sdf.bounds.finite()) return places;
     const auto before = c.boxBefore("domain"), now = boxOf(c.value("domain"));
     if (!before || !now) return places;
     const double size = length(now->size()),

@@ -197,9 +197,15 @@ Box tileOf(const Box& box, double voxel) {
 
 /// Warns if the velocities on opposite sides of the box differ, so that copies of the grid have seams.
 void warnOfSeams(const Context& c, const Flow& flow, const Box& box) {
+    if (c.clock() && c.clock()->duration > 0) return; // said in the first frame
     constexpr uint64_t kSamples = 256, kSeed = 0x7365616d;
     constexpr double kTolerance = 1e-5; // of the rms speed
     const double speed = rmsOf(flow).speed;
+    const auto& wall = flow.domain().wall; // beyond it, the grid is zero
+    const auto velocityAt = [&](const Vec3d& p) {
+        const bool flows = !wall || beyondWall(wall->side, wall->sdf.distance.at<0>(p).value) < 0;
+        return flows ? flow.at(p).velocity : Vec3d{};
+    };
     for (int axis = 0; axis < 3; ++axis) {
         double most = 0;
         for (uint64_t k = 0; k < kSamples; ++k) {
@@ -208,7 +214,7 @@ void warnOfSeams(const Context& c, const Flow& flow, const Box& box) {
                 p[i] = box.lower[i] + box.size()[i] * randomUniform(kSeed, k, static_cast<uint64_t>(i));
             Vec3d q = p;
             p[axis] = box.lower[axis], q[axis] = box.upper[axis];
-            most = std::max(most, length(flow.at(p).velocity - flow.at(q).velocity));
+            most = std::max(most, length(velocityAt(p) - velocityAt(q)));
         }
         if (most > kTolerance * speed)
             c.warn(

@@ -36,6 +36,7 @@ PointRange rangeOfPart(const Context& c, const Arguments& a) {
     const Part part = partGiven(a);
     const auto count = a.integer<size_t>("count"), parts = static_cast<size_t>(part.count);
     if (parts > count) throw ValueError(fmt::format("{} points cannot be made in {} parts", count, parts));
+    if (parts == 1) return {.first = 0, .count = count};
     const size_t k = static_cast<size_t>(c.moment().part) - 1;
     const size_t each = count / parts, longer = count % parts; // the first parts have one point more
     return {.first = each * k + std::min(k, longer), .count = each + (k < longer ? 1 : 0)};

@@ -92,9 +92,16 @@ Registry spectrumActions() {
                           "box=-2,-2,-2,2,2,2 -velocity dim=128 -spectrum plot=spectrum.svg"},
              .evaluation = Evaluation::effect,
              .run = spectrum,
-             .prepare = [](const Arguments& a) {
-                 if (a.given("plot")) checkWritable(a.text("plot"));
-             }}};
+             .prepare =
+                 [](const Arguments& a) {
+                     if (a.given("plot")) checkWritable(a.text("plot"));
+                 },
+             .files =
+                 [](const Arguments& a) {
+                     FileUse use;
+                     if (a.given("plot")) use.written = {a.text("plot")};
+                     return use;
+                 }}};
 }
 
 } // namespace curlew::app

@@ -113,7 +113,13 @@ bool Evaluator::steady(const Link& link) const {
 }
 
 Moment Evaluator::momentAt(double seconds) const {
-    const FrameClock clock = mClock.value_or(FrameClock{});
+    if (!mClock) {
+        Moment moment = mNow;
+        moment.frame += (seconds - mNow.time) * mNow.fps;
+        moment.time = seconds;
+        return moment;
+    }
+    const FrameClock& clock = *mClock;
     // The sum of a frame's steps has a rounding error.
     for (const double known : {clock.begin, clock.time})
         if (std::abs(seconds - known) <= 1e-9 * clock.duration) seconds = known;

@@ -123,7 +123,14 @@ GridValue Evaluator::withWayAhead(const Link& link, const Link& mesh, const Grid
     if (!mPlan || mClock->frame + mPlan->by > mPlan->last) return grid;
     const FrameClock next = mPlan->clock(mClock->frame + mPlan->by);
     if (!meshKeys(mesh, next)) return grid;
-    const ResultPointer after = resultInFrame(link.index, next);
+    ResultPointer after;
+    try {
+        after = resultInFrame(link.index, next);
+    } catch (const Interrupted&) {
+        throw;
+    } catch (const Error&) { // the next frame will say so
+        return grid;
+    }
     const auto* to =
         link.output < after->outputs.size() ? std::get_if<GridValue>(&after->outputs[link.output]) : nullptr;
     if (!to) return grid;

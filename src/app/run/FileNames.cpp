@@ -53,14 +53,18 @@ class FileNames {
               const std::function<bool(const std::string& name)>& provided)
         : mGraph(graph), mNeeded(needed), mProvided(provided), mTurnOf(graph.nodes.size()) {}
 
-    void follow(size_t index, const Moment& moment, const Turn& turn) {
+    /// Sets the file that every frame overwrites, and that no action may read or write.
+    void setCheckpoint(const std::string& name) { mCheckpoint = identityOf(name); }
+
+    /// `now`: this process reads the node's files at that moment, so they must be there unless it writes them before.
+    void follow(size_t index, const Moment& moment, const Turn& turn, bool now) {
         const Node& node = mGraph.nodes[index];
         if (!mNeeded[index]) return;
         inContextOf(contextOf(node.location), [&] {
             const FileUse use = filesOf(node, moment);
             for (const auto& name : use.read) {
                 read(name);
-                if (node.action().files) requireThere(name);
+                if (now && node.action().files) requireThere(name);
             }
             for (const auto& name : use.written) {
                 write(name);
@@ -79,6 +83,7 @@ class FileNames {
     void write(const std::string& name) {
         if (isStreamKnown(name)) return;
         const std::string& file = identityOf(name);
+        requireNoCheckpoint(name, file);
         if (mInputs.contains(file))
             throw ValueError(fmt::format(
                 "'{}' is also read by this program, so writing it would overwrite an input; choose another name",
@@ -90,8 +95,17 @@ class FileNames {
     void read(const std::string& name) {
         if (mProvided(name) || isStreamKnown(name)) return;
         const std::string& file = identityOf(name);
+        requireNoCheckpoint(name, file);
         if (!mWritten.contains(file)) mInputs.insert(file);
         mWriters.erase(file); // what was written has been used
+    }
+
+    void requireNoCheckpoint(const std::string& name, const std::string& file) const {
+        if (file == mCheckpoint)
+            throw ValueError(
+                fmt::format("'{}' is also the checkpoint of -frames, which is overwritten in every frame; choose "
+                            "another name",
+                            name));
     }
 
     void requireNew(size_t index, const std::string& name, const Turn& turn) {
@@ -141,6 +155,7 @@ class FileNames {
     const std::vector<bool>& mNeeded;
     const std::function<bool(const std::string& name)>& mProvided;
     std::unordered_set<std::string> mInputs, mWritten; ///< By identity.
+    std::string mCheckpoint;                           ///< Its identity; "" if there is none.
     std::unordered_map<std::string, size_t>
         mWriters; ///< The node that has written a file which nothing has read since, by identity.
     std::unordered_map<std::string, std::string> mIdentities;
@@ -154,22 +169,25 @@ void requireFileNames(const Graph& graph, const std::optional<FramePlan>& plan, 
                       const std::vector<bool>& needed, const std::vector<bool>& inParts,
                       const std::function<bool(const std::string& name)>& provided) {
     FileNames names(graph, needed, provided);
-    const auto followAll = [&](size_t begin, size_t end, Moment moment, Turn turn) {
+    if (plan && !plan->checkpoint.empty()) names.setCheckpoint(plan->checkpoint);
+    const auto followAll = [&](size_t begin, size_t end, Moment moment, Turn turn, bool now) {
         // Two parts and the same frames show whether the names differ.
         for (turn.part = 1; turn.part <= 2; ++turn.part)
             for (size_t k = begin; k < end; ++k) {
                 if (turn.part > 1 && !inParts[k]) continue;
                 moment.part = before.part + turn.part - 1;
-                names.follow(k, moment, turn);
+                names.follow(k, moment, turn, now);
             }
     };
-    followAll(0, graph.frames, before, {});
+    followAll(0, graph.frames, before, {}, true);
     if (!plan) return;
-    if (!plan->checkpoint.empty()) inContextOf("-frames", [&] { names.write(plan->checkpoint); });
+    const std::vector<int> frames = inContextOf("-frames", [&] { return plan->frames(); });
+    const std::set<int> mine(frames.begin(), frames.end());
     const size_t count = static_cast<size_t>((plan->last - plan->first) / plan->by) + 1;
     for (size_t n = 0; n < std::min(count, kMostFrames); ++n) {
         const int frame = plan->first + static_cast<int>(n) * plan->by;
-        followAll(graph.frames, graph.nodes.size(), plan->clock(frame).moment(), {.frame = frame});
+        followAll(graph.frames, graph.nodes.size(), plan->clock(frame).moment(), {.frame = frame},
+                  mine.contains(frame) && !graph.resume);
     }
 }
 

@@ -76,6 +76,7 @@ Sdf SdfCache::sdf(const GridValue& value, double distance, const Console& consol
     if (Deformation* deformation = deformationTo(value))
         return deforming(*deformation, distance, console).at(value.part);
     if (value.part >= 1) return entry(value, distance, console).sdf;
+    if (value.part <= 0) return entry(*value.earlier, distance, console).sdf;
     const Sdf from = entry(*value.earlier, distance, console).sdf;
     return between(from, entry(value, distance, console).sdf, value.part);
 }

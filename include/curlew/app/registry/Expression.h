@@ -7,7 +7,8 @@
 
 namespace curlew::app {
 
-/// The values of the variables in expressions. Without -frames, they are those of a first frame 1.
+/// The values of the variables in expressions. Without -frames, they are those of a first frame 1, or of a graph's
+/// `moment`. Before -frames, they are those of a first frame 1 at its rate.
 struct Moment {
     double frame = 1; ///< FF. A whole number except for fields evaluated between two frames.
     double time = 0;  ///< T, in seconds since the first frame.
