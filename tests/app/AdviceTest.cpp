@@ -76,3 +76,12 @@ TEST_CASE("advice: warns of a velocity grid that does not tile", "[app]") {
     CHECK_THAT(grid("frequency=2 period=4", "2,1,2"),
                ContainsSubstring("does not tile along y") && !ContainsSubstring("does not tile along x"));
 }
+
+TEST_CASE("advice: warns of probed positions beyond the band of a level set", "[app][command]") {
+    const Folder folder;
+    test::store(folder / "in.csv", "x,y,z\n0.5,0,0\n3,0,0\n");
+    const std::string spot = "-read " + test::sourceDir() + "/scenes/spot.obj -mesh2ls dim=24 -probe in.csv out.csv";
+    CHECK_THAT(folder.mustRun(spot).err,
+               ContainsSubstring("warning: ") && ContainsSubstring("of 2 positions are farther"));
+    CHECK_THAT(folder.mustRun("-sphere -probe in.csv out.csv").err, !ContainsSubstring("warning"));
+}

@@ -6,9 +6,28 @@
 #include "curlew/app/run/Probe.h"
 #include "curlew/base/AtomicFile.h"
 
+#include <cmath>
+
 namespace curlew::app {
 
 namespace {
+
+/// Warns of positions beyond the narrow band of a level set, where its values are not distances.
+void warnBeyondBand(const Context& c, const Positions& positions) {
+    if (positions.dimension() != 3) return;
+    constexpr double kAtItsEnd = 0.5; // voxels, over which the spline bends
+    const LevelSet levelSet = c.levelSet("what", 0);
+    const double reach = (levelSet.halfWidth() - kAtItsEnd) * levelSet.voxelSize();
+    const ScalarField distance = c.sdf("what", 0).distance;
+    size_t beyond = 0;
+    for (size_t k = 0; k < positions.size(); ++k)
+        beyond += std::abs(distance.at<0>(positions.at<3>(k)).value) > reach ? 1 : 0;
+    if (beyond > 0)
+        c.warn(
+            fmt::format("{} of {} positions are farther than {:.3g} from the surface, beyond the narrow band of the "
+                        "level set, so their values are no distances; widen it with -mesh2ls halfWidth=",
+                        beyond, positions.size(), reach));
+}
 
 void probe(Context& c, const Arguments& a) {
     const auto positions = readPositions(a.words()[0]);
@@ -32,6 +51,7 @@ void probe(Context& c, const Arguments& a) {
             probed, [&](const auto& f) { probeFlow<float>(f, positions, order, output, monitor); },
             [&](const auto& f) { probeFlow<double>(f, positions, order, output, monitor); });
     }
+    if (c.kind("what") == Kind::levelSet) warnBeyondBand(c, positions);
     AnyField probed = c.kind("what") == Kind::levelSet ? AnyField(c.sdf("what", 0).distance) : c.field("what").field;
     if (spatial && dimensionOf(probed) < 3) probed = inSpace(probed);
     probeAny(
