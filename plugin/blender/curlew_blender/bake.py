@@ -24,8 +24,13 @@ class _Known:
         self._address, self._name = block.as_pointer(), block.name
 
     def among(self, blocks: Any) -> Optional[bpy.types.ID]:
-        """Returns it, or None if it no longer exists. Undo may have moved it, but keeps its name."""
-        return next((block for block in blocks if block.as_pointer() == self._address), None) or blocks.get(self._name)
+        """Returns it, or None if it no longer exists. A new name keeps its address, and undo, which may move it, its name."""
+        named = blocks.get(self._name)
+        if not (named and named.as_pointer() == self._address):
+            named = next((block for block in blocks if block.as_pointer() == self._address), None) or named
+        if named:
+            self._address, self._name = named.as_pointer(), named.name
+        return named
 
 
 class Run:

@@ -15,7 +15,7 @@ import shutil
 import tempfile
 from contextlib import suppress
 from pathlib import Path
-from typing import AbstractSet, Callable, Dict, List, Optional, Set, Tuple
+from typing import AbstractSet, Any, Callable, Dict, List, Optional, Set, Tuple
 
 import bpy
 import numpy as np
@@ -23,6 +23,7 @@ import numpy as np
 _NAME = "curlew_cache"
 FOLDER = "//" + _NAME
 _FRAME, PART = "frame_", "part_"  # prefixes of folders for bakes on frame change: finished, and in progress
+_TEXT: Dict[str, Any] = {"encoding": "utf-8", "errors": "surrogateescape"}  # paths may have any bytes
 _USERS = "used_by.txt"  # lists the .blend files that may show a bake, relative to the folder of the bake
 COPY = "*"  # in that list: a copy of a .blend, whose path is not known
 
@@ -52,7 +53,7 @@ def new_folder(tree: bpy.types.NodeTree) -> Path:
             folder = folder.with_name(f"{folder.name}-{secrets.token_hex(4)}")
         if not folder.exists():
             folder.mkdir(parents=True)
-            note(folder, bpy.data.filepath)
+            note(folder, bpy.data.filepath, new=True)
             return folder
 
 
@@ -132,27 +133,32 @@ def _is_in(path: Path, folder: Path) -> bool:
 def _users(folder: Path) -> Optional[Set[str]]:
     """Returns the .blend files that may show a bake; None if that is not known, because the last release has made it."""
     try:
-        return set((folder / _USERS).read_text().splitlines())
+        return set((folder / _USERS).read_text(**_TEXT).splitlines())
     except OSError:
         return None
 
 
 def _from(folder: Path, blend: str) -> str:
     """Returns the path of a .blend relative to the folder of a bake, because both may move together."""
-    return COPY if blend == COPY else os.path.relpath(os.path.realpath(blend), folder.resolve())
+    if blend == COPY:
+        return COPY
+    try:
+        return os.path.relpath(os.path.realpath(blend), folder.resolve())
+    except ValueError:  # on another drive
+        return os.path.realpath(blend)
 
 
-def note(folder: Path, blend: str, shows: bool = True) -> None:
-    """Notes in the folder of a bake that a saved .blend, or a COPY, may show it, or no longer shows it. Raises OSError if the
-    note cannot be written."""
+def note(folder: Path, blend: str, shows: bool = True, new: bool = False) -> None:
+    """Notes in the folder of a bake that a saved .blend, or a COPY, may show it, or no longer shows it. If a folder that is not
+    new has no list, other files may show it as well. Raises OSError if the note cannot be written."""
     if not blend or _is_in(folder, temporary()):
         return
     known = _users(folder)
-    before = known or set()
+    before = {COPY} if known is None and not new else known or set()
     after = before | {_from(folder, blend)} if shows else before - {_from(folder, blend)}
     if after != before or (shows and known is None):
         part = folder / (_USERS + ".part")
-        part.write_text("".join(f"{user}\n" for user in sorted(after)))
+        part.write_text("".join(f"{user}\n" for user in sorted(after)), **_TEXT)
         part.replace(folder / _USERS)
 
 
@@ -192,7 +198,7 @@ def make_once(base: Path, name: str, make: Callable[[Path], None], blend: str) -
         base.mkdir(parents=True, exist_ok=True)
         part = Path(tempfile.mkdtemp(prefix=PART, dir=base))
         try:
-            note(part, blend)
+            note(part, blend, new=True)
             make(part)
             part.rename(folder)
         except BaseException:

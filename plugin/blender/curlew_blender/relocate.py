@@ -2,6 +2,7 @@
 """Keeps bakes with the .blend when that is saved: for the first time, or in another folder."""
 
 import shutil
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Set, Tuple
 
@@ -31,7 +32,8 @@ def _move() -> None:
         if moves and not target.exists():
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.move(str(folder), str(target))
-            cache.note(target, bpy.data.filepath)
+            with suppress(OSError):  # without the note, it is kept
+                cache.note(target, bpy.data.filepath, new=True)
 
 
 def _is_moving(path: Path) -> bool:

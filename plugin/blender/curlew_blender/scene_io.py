@@ -4,7 +4,7 @@
 import json
 import shlex
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Mapping, Optional, Set, Tuple
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Set, Tuple
 
 import bpy
 from bpy_extras.io_utils import ExportHelper, ImportHelper
@@ -130,12 +130,15 @@ def export(tree: bpy.types.NodeTree, path: Path, scene: bpy.types.Scene) -> None
     same files. Results are also written there. Raises TreeError or OSError on failure."""
     trees.clear_errors(tree)
     stem, frame = plain(path.stem), ".$F4" if trees.is_sequence(tree) else ""
-    names: Dict[str, str] = {}  # of the results, by key; all differ
+    names: Dict[str, str] = {}  # of the results, by key; all differ, also from the names of meshes
+
+    meshes: Sequence[str] = ()
 
     def named(key: str, wanted: str) -> str:
         if key not in names:
-            numbered = [wanted] + [f"{wanted}_{k}" for k in range(2, len(names) + 3)]
-            names[key] = next(name for name in numbered if name not in names.values())
+            taken = {*names.values(), *(Path(mesh).stem for mesh in meshes)}
+            numbered = [wanted] + [f"{wanted}_{k}" for k in range(2, len(taken) + 3)]
+            names[key] = next(name for name in numbered if name not in taken)
         return names[key]
 
     try:
@@ -145,10 +148,11 @@ def export(tree: bpy.types.NodeTree, path: Path, scene: bpy.types.Scene) -> None
         for node in graph["nodes"]:
             if node["action"] == "read" and node["words"][0] in collected.meshes:
                 node["words"] = [f"{stem}_{node['words'][0]}"]
+        meshes = list(collected.meshes)
         for key, (kind, link) in collected.wanted.items():
             ending = {"points": ".ply", "curves": ".obj", "mesh": ".ply"}[kind]
             label = collected.nodes[key].label or collected.nodes[key].bl_label.split(" ")[0]
-            file = f"{stem}_{named(key, label.lower())}{frame}{ending}"
+            file = f"{stem}_{named(key, trees.file_name(label).lower())}{frame}{ending}"
             graph["nodes"].append(graph_node(key, "write", [file], {}, {"what": [link]}))
         graph.pop("wanted", None)
         with library.said_of_nodes():

@@ -146,7 +146,7 @@ def nodes_of(tree: bpy.types.NodeTree) -> Dict[str, bpy.types.Node]:
     return found
 
 
-def _file_name(text: str) -> str:
+def file_name(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9_-]+", "_", text).strip("_") or "object"
 
 
@@ -343,7 +343,7 @@ class _Collector:
         animated = node.motion == "ON" or (node.motion == "AUTO" and self._sequence and any(map(may_change, objects)))
         same = next((name for name, source in self.collected.meshes.items()
                      if type(source) is kind and source.objects == objects and source.animated == animated), None)
-        name = same or self._unused(_file_name(objects[0].name), animated)
+        name = same or self._unused(file_name(objects[0].name), animated)
         self.collected.meshes[name] = kind(objects, animated, key, node.motion == "AUTO")
         self.collected.graph[key] = graph_node(key, "read", [name], {}, {})
 
@@ -378,7 +378,7 @@ class _Collector:
         """Writes the grids that modifiers such as Mesh to Volume make in the current frame. Returns the file."""
         volume = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
         volume.grids.load()
-        file = cache.temporary() / "sources" / f"{_file_name(obj.name)}.vdb"
+        file = cache.temporary() / "sources" / f"{file_name(obj.name)}.vdb"
         file.parent.mkdir(parents=True, exist_ok=True)
         if not len(volume.grids) or not volume.grids.save(filepath=str(file)):
             raise TreeError(key, f"'{obj.name}' has no grids")
@@ -387,7 +387,7 @@ class _Collector:
     def _result(self, key: str, node: bpy.types.Node, inputs: Dict[str, List[str]]) -> None:
         if node.kind == "grid":
             if self._namer:
-                file = self._namer(key, _file_name(node.label or node.name))
+                file = self._namer(key, file_name(node.label or node.name))
                 self.collected.files[key] = file
                 self.collected.graph[key] = graph_node(key, "write", [file], {}, inputs)
         else:
