@@ -56,7 +56,7 @@ WriteTarget WriteTarget::of(const fs::path& name) {
 
 fs::path temporaryFolder() {
     std::error_code error;
-    const fs::path folder = fs::temp_directory_path(error);
+    fs::path folder = fs::temp_directory_path(error);
     if (error)
         throw FileError(fmt::format("cannot use the folder for temporary files: {}; set TMPDIR to one that exists",
                                     error.message()));

@@ -215,7 +215,7 @@ ShapeLeaves shapeLeaves(const openvdb::BBoxd& box, Tiles tiles, const Distance& 
 /// Samples a shape in a box, in voxels of the grid of a level set.
 FloatGrid::Ptr sampledIn(const openvdb::BBoxd& box, Tiles tiles, const Sdf& shape, const LevelSet& like,
                          const Monitor& monitor) {
-    const auto grid = FloatGrid::create(like.grid->background());
+    auto grid = FloatGrid::create(like.grid->background());
     grid->setTransform(like.grid->transform().copy());
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
     grid->setName("surface");

@@ -62,7 +62,7 @@ Curves forHost(Curves curves, const HostOptions& options);
 /// averaged to voxel centres if the host cannot read them, if the axes change, and if they are split. The given grid is
 /// not changed; the result may share its tree. Throws ValueError if `split` is true and the host takes no components,
 /// and ResourceError if a copy would not fit in memory. Safe to call from several threads.
-std::vector<std::shared_ptr<const openvdb::GridBase>> forHost(const std::shared_ptr<const openvdb::GridBase>& grid,
+std::vector<std::shared_ptr<const openvdb::GridBase>> forHost(const std::shared_ptr<const openvdb::GridBase>& given,
                                                               const HostOptions& options);
 
 /// Returns whether a grid is a velocity by its type and name.

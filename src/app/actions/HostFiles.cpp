@@ -222,7 +222,7 @@ std::vector<openvdb::GridBase::ConstPtr> headersForFile(const Context& c, const 
 
 MeshPointer meshForFile(const Context& c, const Arguments& a) {
     const HostOptions options = optionsOf(c, a);
-    const MeshPointer mesh = c.mesh("what");
+    MeshPointer mesh = c.mesh("what");
     if (!options.host || axesFor(*options.host, options.up).identity()) return mesh;
     return std::make_shared<const Mesh>(forHost(*mesh, options));
 }
