@@ -100,6 +100,9 @@ std::optional<RigidBody> Evaluator::bodyAt(const Link& levelSet, const FrameCloc
     if (!mesh) return {};
     const RigidFit* to = fitIn(*mesh, clock);
     if (!to) return {};
+    // The first frame's mesh always fits itself. Whether it is rigid, the next one shows.
+    const int next = clock.frame + mPlan->by;
+    if (clock.duration == 0 && next <= mPlan->last && !fitIn(*mesh, mPlan->clock(next))) return {};
     PoseKeys keys{.from = to->now, .to = to->now};
     if (clock.duration > 0 && part < 1) {
         const FrameClock before = frameBefore(clock);
