@@ -30,8 +30,6 @@ using CellTree = openvdb::Int32Tree;
 /// Closer to the wall, it shows the steps of the voxels.
 constexpr double kNearVoxels = 1.5, kFarVoxels = 2.5;
 
-constexpr double kRounding = 1e-6; ///< Voxels; as in velocityGrid().
-
 /// A face between air and wall: the lower face of `voxel` along `axis`.
 struct WallFace {
     Coord voxel;
@@ -47,8 +45,8 @@ class AirSolver {
               const Monitor& monitor)
         : mDomain(domain), mWall(wall), mOptions(options), mVoxel(options.voxel), mMonitor(monitor) {
         for (int axis = 0; axis < 3; ++axis) {
-            mLower[axis] = static_cast<int>(std::ceil(domain.box.lower[axis] / mVoxel - kRounding));
-            mUpper[axis] = static_cast<int>(std::floor(domain.box.upper[axis] / mVoxel + kRounding));
+            mLower[axis] = static_cast<int>(std::ceil(domain.box.lower[axis] / mVoxel - kSideRounding));
+            mUpper[axis] = static_cast<int>(std::floor(domain.box.upper[axis] / mVoxel + kSideRounding));
         }
         classify();
         findWallFaces();

@@ -212,10 +212,8 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions
     // A mask alone decides which voxels are active.
     constexpr double kFar = 1e300;
     constexpr Box kEverywhere{{{-kFar, -kFar, -kFar}}, {{kFar, kFar, kFar}}};
-    // Voxels whose centres are on a side of the box are in it, also if rounding puts them beyond it.
-    constexpr double kRounding = 1e-6; // voxels
     Domain domain = flow.domain();
-    domain.box = domain.box.padded(kRounding * voxel);
+    domain.box = domain.box.padded(kSideRounding * voxel);
     const Flow sampled = flow.within(options.mask ? Domain{kEverywhere, std::nullopt} : domain);
     if (options.mask) {
         mask = activeVoxels(*options.mask);

@@ -8,6 +8,9 @@ namespace curlew {
 
 inline constexpr double kSmallestVoxel = 1.5e-5; ///< OpenVDB rejects voxels with a volume below 3e-15.
 
+/// Voxels: centres that are on a side of a box are in it, also if rounding puts them this far beyond it.
+inline constexpr double kSideRounding = 1e-6;
+
 /// Throws ValueError if voxels of this size, in world units, are too small for OpenVDB.
 void requireVoxel(double voxel);
 

@@ -201,6 +201,22 @@ class Saving(Case):
         bpy.ops.wm.open_mainfile(filepath=str(place / "copy.blend"))
         self.check()
 
+    def test_opening_a_file_does_not_make_it_the_only_user_of_an_earlier_bake(self):
+        place = folder("earlier_versions")
+        build, first, second = rising(), str(place / "a.blend"), str(place / "b.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=first)
+        self.bake.bake(build.tree)
+        bpy.ops.wm.save_mainfile()
+        bpy.ops.wm.save_as_mainfile(filepath=second)
+        for users in place.glob("curlew_cache/*/*/used_by.txt"):
+            users.unlink()
+        bpy.ops.wm.open_mainfile(filepath=first)
+        self.bake.bake(bpy.data.node_groups["rising"])
+        bpy.ops.wm.save_mainfile()
+        self.assertEqual(self.clear(), 0)
+        bpy.ops.wm.open_mainfile(filepath=second)
+        self.check()
+
     def test_bakes_of_the_last_release_may_belong_to_any_file(self):
         place = folder("earlier")
         build = rising()

@@ -73,6 +73,7 @@ class FileNames {
         });
     }
 
+  private:
     /// Throws FileError if there is no such file, and the program does not write it before.
     void requireThere(const std::string& name) {
         if (!mProvided(name) && !isStreamKnown(name) && !mWritten.contains(identityOf(name)) && !fs::exists(name))
@@ -91,7 +92,6 @@ class FileNames {
         mWritten.insert(file);
     }
 
-  private:
     void read(const std::string& name) {
         if (mProvided(name) || isStreamKnown(name)) return;
         const std::string& file = identityOf(name);
