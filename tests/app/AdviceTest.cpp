@@ -85,3 +85,24 @@ TEST_CASE("advice: warns of probed positions beyond the band of a level set", "[
                ContainsSubstring("warning: ") && ContainsSubstring("of 2 positions are farther"));
     CHECK_THAT(folder.mustRun("-sphere -probe in.csv out.csv").err, !ContainsSubstring("warning"));
 }
+
+TEST_CASE("advice: warns of options that have no effect with the others", "[app]") {
+    const std::string look = "-scatter box=0,0,0,1,1,1 count=10 -splat width=16 height=16 look=";
+    const std::string what = "warning: -splat: glow= has no effect without look=luminous";
+    CHECK_THAT(said(look + "opaque glow=0.3 -write a.png"), ContainsSubstring(what));
+    CHECK_THAT(said(look + "luminous glow=0.3 -write a.png"), !ContainsSubstring("warning"));
+    CHECK_THAT(said(look + "opaque -write a.png"), !ContainsSubstring("warning"));
+    CHECK_THAT(said("-jitter count=50 method=random layer=2 frequency=1 -write a.csv"),
+               ContainsSubstring("-jitter: frequency= has no effect without method=curl") &&
+                   ContainsSubstring("-jitter: layer= has no effect without method=curl"));
+    CHECK_THAT(said("-jitter count=50 layer=2 -write a.csv"), !ContainsSubstring("warning")); // method=curl by default
+    CHECK_THAT(said("-sphere -shade width=16 height=16 sheet=1 -write a.png"),
+               ContainsSubstring("-shade: sheet= has no effect without iso="));
+    CHECK_THAT(said(kFlow + "-scatter count=5 -advect steps=2 reproject=none tolerance=1e-5 -write a.csv"),
+               ContainsSubstring("tolerance= has no effect without reproject=gauss-newton or reproject=newton"));
+    CHECK_THAT(said(kFlow + "-scatter count=5 -trace maxLength=0.1 reproject=none iterations=3 -write a.ply"),
+               ContainsSubstring("iterations= has no effect"));
+    CHECK_THAT(said("-frames 1-2 -sphere -emit rate=10 spread=0.5 speed=1 -write a.##.csv"),
+               ContainsSubstring("-emit: spread= has no effect without life=") &&
+                   ContainsSubstring("-emit: speed= has no effect without on=surface"));
+}

@@ -102,6 +102,16 @@ TEST_CASE("registry: inputs and outputs of every action are fully declared", "[a
                 CAPTURE(option.name, other);
                 CHECK(action.option(other));
             }
+        for (const Option& option : action.options)
+            for (const std::string& condition : option.onlyWith) {
+                CAPTURE(option.name, condition);
+                const size_t equals = condition.find('=');
+                const Option* other = action.option(condition.substr(0, equals));
+                REQUIRE(other);
+                REQUIRE(equals != std::string::npos);
+                const std::string wanted = condition.substr(equals + 1);
+                if (!wanted.empty()) CHECK(std::count(other->choices.begin(), other->choices.end(), wanted) == 1);
+            }
     }
 }
 

@@ -64,6 +64,15 @@ class Nodes(unittest.TestCase):
                 if option.type == "text" and any(word in option.help for word in ("to write", "written", ".svg", ".json")):
                     self.assertEqual(options.get(name), option.name)
 
+    def test_options_without_effect_are_known(self):
+        jitter, shade = self.actions["jitter"], self.actions["shade"]
+        layer, seed, sheet = jitter.option("layer"), jitter.option("seed"), shade.option("sheet")
+        for given, effect in (({}, True), ({"method": "curl"}, True), ({"method": "random"}, False)):
+            self.assertEqual(jitter.has_effect(layer, given), effect, given)
+            self.assertTrue(jitter.has_effect(seed, given))
+        self.assertFalse(shade.has_effect(sheet, {"sheet": "1"}))
+        self.assertTrue(shade.has_effect(sheet, {"iso": "0.5"}))
+
     def test_every_option_at_its_limits(self):
         """The program accepts every value that a property can have."""
         tree = bpy.data.node_groups.new("t", "CurlewTree")

@@ -76,6 +76,7 @@ class Option:
     exclusive: bool
     implied: Mapping[str, str]  # values that this option implies for others that are not given
     formerly: Tuple[str, ...] = ()  # names that it had in the last release
+    only_with: Tuple[str, ...] = ()  # conditions such as "method=curl" or "iso=" (given), of which one must hold for an effect
 
     @property
     def label(self) -> str:
@@ -86,7 +87,8 @@ class Option:
     def description(self) -> str:
         """The help text with the unit, and the option's name in scenes if the label differs."""
         unit = f" [{self.unit}]" if self.unit else ""
-        return self.help + unit + ("" if self.label.lower() == self.name.lower() else f" ({self.name}= in scenes)")
+        only = f"; only with {' or '.join(self.only_with)}" if self.only_with else ""
+        return self.help + only + unit + ("" if self.label.lower() == self.name.lower() else f" ({self.name}= in scenes)")
 
 
 @dataclass(frozen=True)
@@ -125,6 +127,15 @@ class Action:
             known = ", ".join(o.name for o in self.options) or "none"
             raise ValueError(f"-{self.name} has no option '{name}'; its options are {known}")
         return found[0]
+
+    def has_effect(self, option: Option, given: Mapping[str, str]) -> bool:
+        """Returns whether an option has an effect with the given ones."""
+
+        def holds(condition: str) -> bool:
+            name, wanted = condition.split("=", 1)
+            return given.get(name, self.option(name).default) == wanted if wanted else name in given
+
+        return not option.only_with or any(map(holds, option.only_with))
 
     def implied(self, given: Mapping[str, str]) -> Dict[str, str]:
         """Returns the values that the given options imply for others that are not given."""
@@ -165,7 +176,7 @@ def actions_of(registry: Mapping[str, Any]) -> Dict[str, Action]:
         options = tuple(
             # A length is a number; a relative one such as "5%" is kept as text, like an expression.
             Option(**{**{name: o[name] for name in Option.__dataclass_fields__}, "choices": tuple(o["choices"]),
-                      "formerly": tuple(o["formerly"]),
+                      "formerly": tuple(o["formerly"]), "only_with": tuple(o["only_with"]),
                       "type": "real" if o["type"] == "length" else o["type"],
                       "lower": _bound(o["lower"], -math.inf), "upper": _bound(o["upper"], math.inf)})
             for o in entry["options"]

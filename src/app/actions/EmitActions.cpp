@@ -51,13 +51,10 @@ void emit(Context& c, const Arguments& a) {
     if (set.nextId == 0)
         for (const int64_t id : particles.id) set.nextId = std::max(set.nextId, id + 1);
     if (!particles.hasAge()) particles.age.assign(particles.size(), 0); // existing points start with age 0
-    if (a.given("spread") && !a.given("life")) throw ValueError("spread= varies the lifetimes; give life= as well");
     EmissionOptions options{.rate = a.real("rate"), .seed = a.integer<uint64_t>("seed")};
     if (a.given("life")) options.life = a.real("life"), options.spread = a.real("spread");
     options.place = birth.place;
     options.normalSpeed = a.real("speed");
-    if (options.normalSpeed > 0 && birth.place.on != ScatterOn::surface)
-        throw ValueError("speed= is the speed along a surface's normal; give on=surface as well");
     if (c.has("flow") && dimensionOf(c.anyFlow("flow")) <= 3 && c.flow("flow").domain().wall)
         options.place.clear = c.flow("flow").domain();
     EmissionState state{c.memory().sum, set.nextId};
@@ -127,13 +124,14 @@ Registry emitActions() {
                       .fallback = "0",
                       .help = "random variation of the lives, as a fraction of life=",
                       .lower = 0,
-                      .upper = 1},
+                      .upper = 1,
+                      .onlyWith = {"life="}},
                      integer("seed", "0", 0, 0x1p53 - 1, "random seed"),
                      onOption(),
                      offsetOption("0.1 %"),
-                     notNegative(
-                         "speed", "0", "world units / s",
-                         "with on=surface: speed along the surface normal, until the end of the frame of birth"),
+                     onlyWith({"on=surface"},
+                              notNegative("speed", "0", "world units / s",
+                                          "speed along the surface normal, until the end of the frame of birth")),
                      box("box", "box to fill (default: the box of the domain)"),
                      ages("grid", "", "level set to fill: 0 is the newest"),
                      keep()},

@@ -13,6 +13,8 @@ namespace {
 
 using namespace options;
 
+const std::vector<std::string> kCurl{"method=curl"};
+
 const Binding<JitteredLatticeOptions>& jitterBinding() {
     static const auto binding =
         Binding<JitteredLatticeOptions>()
@@ -34,25 +36,25 @@ const Binding<JitteredLatticeOptions>& jitterBinding() {
                        "its cell"),
                 [](auto& o) -> auto& { return o.random; })
             .add(
-                positive("frequency", "", "1 / spacing", "curl: frequency of the noise"),
+                onlyWith(kCurl, positive("frequency", "", "1 / spacing", "frequency of the noise")),
                 [](auto& o) -> auto& { return o.flow.frequency; })
             .add(
-                formerly(
-                    {"speed"},
-                    choice(
-                        "displacement", {"noise", "uniform"},
-                        "curl: distance that points move: proportional to the divergence-free flow's speed (noise), or "
-                        "equal for all (uniform)")),
+                onlyWith(kCurl, formerly({"speed"}, choice("displacement", {"noise", "uniform"},
+                                                           "distance that points move: proportional to the "
+                                                           "divergence-free flow's speed (noise), or "
+                                                           "equal for all (uniform)"))),
                 [](auto& o) -> auto& { return o.flow.uniform; })
             .addOptional(
-                real("time", "", "s", "curl: time of an animation that passes one cell of the noise per second"),
+                onlyWith(kCurl,
+                         real("time", "", "s", "time of an animation that passes one cell of the noise per second")),
                 [](auto& o) -> auto& { return o.flow.time; })
             .add(
-                flag("conform", "", "curl: keep points on their side of the wall, if there is one"),
+                onlyWith(kCurl, flag("conform", "", "keep points on their side of the wall, if there is one")),
                 [](auto& o) -> auto& { return o.conform; })
             .add(
-                formerly({"width"}, positive("layer", "", "spacings",
-                                             "curl: width of the layer in which the flow turns along the wall")),
+                onlyWith(kCurl,
+                         formerly({"width"}, positive("layer", "", "spacings",
+                                                      "width of the layer in which the flow turns along the wall"))),
                 [](auto& o) -> auto& { return o.width; });
     return binding;
 }

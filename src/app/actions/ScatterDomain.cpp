@@ -37,10 +37,12 @@ Option onOption() {
 }
 
 Option offsetOption(const std::string& byDefault) {
-    return notNegative("offset", "", "world units",
-                       fmt::format("with on=surface: distance from the surface, on the flow's side, or outside a shape "
-                                   "or level set (default: {} of the diagonal of its box)",
-                                   byDefault));
+    return onlyWith(
+        {"on=surface"},
+        notNegative("offset", "", "world units",
+                    fmt::format("distance from the surface, on the flow's side, or outside a shape or level "
+                                "set (default: {} of the diagonal of its box)",
+                                byDefault)));
 }
 
 Input densityInput() {
@@ -52,7 +54,6 @@ Input densityInput() {
 Birthplace birthplaceOf(const Context& c, const Arguments& a, OffSurface off) {
     constexpr double kLittle = 1e-3; // relative to the diagonal
     const bool surface = a.choice<ScatterOn>("on") == ScatterOn::surface;
-    if (!surface && a.given("offset")) throw ValueError("offset= has no effect without on=surface");
     Birthplace birth{.domain = scatterDomain(c, a), .place = {.on = a.choice<ScatterOn>("on")}};
     if (c.has("density")) birth.place.density = inSpace(c.field("density").field);
     if (!surface) return birth;

@@ -145,8 +145,9 @@ std::vector<Option> splatOptions() {
         positive("pixels", fmt::format("{}", o.pixels), "pixels",
                  "minimum radius in the picture; smaller points and lines get fainter instead"),
         upToOne("fade", fmt::format("{}", o.fade), "how much fainter the farthest points are than the nearest, 0 to 1"),
-        positive("exposure", "1", "", "luminous: factor by which the automatic exposure is multiplied"),
-        upToOne("glow", "0.15", "luminous: fraction of the light that forms a halo (glow), 0 to 1"),
+        onlyWith({"look=luminous"},
+                 positive("exposure", "1", "", "factor by which the automatic exposure is multiplied")),
+        onlyWith({"look=luminous"}, upToOne("glow", "0.15", "fraction of the light that forms a halo (glow), 0 to 1")),
         notNegative("outline", "0.35", "",
                     "brightness of the edges of the flow's wall or, without a flow, of the shape. A container is drawn "
                     "as glass, an obstacle as solid; 0: the wall is not drawn"),

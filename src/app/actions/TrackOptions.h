@@ -8,14 +8,16 @@
 namespace curlew::app {
 
 /// Binds tolerance=, iterations= and maxSubdivisions=. `waits`: for the help, what waits if halving does not help.
-inline Binding<ReprojectionOptions> solverBinding(const ReprojectionOptions& defaults, const std::string& waits) {
+/// `reprojects`: conditions of Option::onlyWith for the first two.
+inline Binding<ReprojectionOptions> solverBinding(const ReprojectionOptions& defaults, const std::string& waits,
+                                                  const std::vector<std::string>& reprojects = {}) {
     using namespace options;
-    Option tolerance = positive("tolerance", "", "", "tolerance on f and g, relative to their rms values");
     return Binding<ReprojectionOptions>(defaults)
         .add(
-            tolerance, [](auto& o) -> auto& { return o.tolerance; })
+            onlyWith(reprojects, positive("tolerance", "", "", "tolerance on f and g, relative to their rms values")),
+            [](auto& o) -> auto& { return o.tolerance; })
         .add(
-            integer("iterations", "", 1, 1000, "maximum number of corrections per step"),
+            onlyWith(reprojects, integer("iterations", "", 1, 1000, "maximum number of corrections per step")),
             [](auto& o) -> auto& { return o.iterations; })
         .add(
             formerly({"halvings"},
@@ -34,7 +36,8 @@ inline Binding<ReprojectionOptions> reprojectionBinding(const ReprojectionOption
                                    "eight times as long as gauss-newton"),
             [](auto& o) -> auto& { return o.method; })
         .include(
-            solverBinding(defaults, waits), [](auto& o) -> auto& { return o; });
+            solverBinding(defaults, waits, {"reproject=gauss-newton", "reproject=newton"}),
+            [](auto& o) -> auto& { return o; });
 }
 
 /// Binds steps=, scheme= and accuracy= to the members of a struct. `steps` and `accuracy` are help texts.

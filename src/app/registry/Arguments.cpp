@@ -287,6 +287,19 @@ void Arguments::finish() {
             if (given(o.name) && !given(other)) set(other, value);
 }
 
+std::vector<std::string> Arguments::withoutEffect() const {
+    const auto holds = [&](const std::string& condition) {
+        const size_t equals = condition.find('=');
+        const std::string name = condition.substr(0, equals), wanted = condition.substr(equals + 1);
+        return wanted.empty() ? given(name) : value(*mAction->option(name)) == wanted;
+    };
+    std::vector<std::string> all;
+    for (const Option& o : mAction->options)
+        if (given(o.name) && !o.onlyWith.empty() && std::none_of(o.onlyWith.begin(), o.onlyWith.end(), holds))
+            all.push_back(fmt::format("{}= has no effect without {}", o.name, join(o.onlyWith, " or ")));
+    return all;
+}
+
 std::string quoted(const std::string& word) {
     if (!word.empty() && word.find_first_of(" \t\r#'\"\\") == std::string::npos) return word;
     std::string text = "\"";

@@ -52,6 +52,7 @@ std::string typeName(const Option& o) {
 
 std::string describe(const Option& o) {
     std::string text = o.help;
+    if (!o.onlyWith.empty()) text += fmt::format("; only with {}", join(o.onlyWith, " or "));
     if (!o.unit.empty()) text += fmt::format(" [{}]", o.unit);
     if (!o.fallback.empty()) text += fmt::format(" (default: {})", o.fallback);
     return text;

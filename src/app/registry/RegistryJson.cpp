@@ -54,6 +54,7 @@ Json json(const Option& option) {
             {"upper", boundOf(option.upper)},
             {"exclusive", option.exclusive},
             {"implied", option.implied},
+            {"only_with", option.onlyWith},
             {"formerly", option.formerly},
             {"selects", option.selects || option.type == OptionType::ages}};
 }

@@ -86,12 +86,20 @@ void adviseOnFrozen(const Graph& graph, std::vector<std::string>& advice) {
     }
 }
 
+/// Warns about options that have no effect with the others of their action.
+void adviseOnOptions(const Graph& graph, std::vector<std::string>& advice) {
+    for (const Node& node : graph.nodes)
+        for (const std::string& what : node.arguments.withoutEffect())
+            advice.push_back(fmt::format("{}: {}", contextOf(node.location), what));
+}
+
 } // namespace
 
 std::vector<std::string> adviceOn(const Graph& graph, bool alone) {
     std::vector<std::string> advice;
     adviseOnBirths(graph, advice);
     adviseOnFrozen(graph, advice);
+    adviseOnOptions(graph, advice);
     if (alone) adviseOnUnused(graph, advice);
     return advice;
 }

@@ -69,6 +69,9 @@ class Arguments {
     /// leaves another without effect.
     void finish();
 
+    /// Returns one sentence for each option that is given, but has no effect with the others (Option::onlyWith).
+    std::vector<std::string> withoutEffect() const;
+
     /// Returns the arguments evaluated at a moment. Throws ValueError if a value is invalid at that moment.
     Arguments at(const Moment& moment) const;
     /// Returns whether a length is relative to an object's size (5%). relativeTo() returns the arguments with such

@@ -156,6 +156,11 @@ inline Option formerly(std::vector<std::string> names, Option option) {
     option.formerly = std::move(names);
     return option;
 }
+/// The option has no effect unless one of the conditions holds (Option::onlyWith).
+inline Option onlyWith(std::vector<std::string> conditions, Option option) {
+    option.onlyWith = std::move(conditions);
+    return option;
+}
 /// The `others` have no effect if this option is given.
 inline Option instead(Option option, std::vector<std::string> others) {
     option.instead = std::move(others);
