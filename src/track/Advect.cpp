@@ -280,7 +280,30 @@ AdvectResult detail::advectKnowing(const Flow& flow, const FlowRms& rms, Points&
 
 AdvectResult advect(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
                     const Monitor& monitor) {
-    return detail::advectPart(flow, particles, begin, options, options.time, monitor);
+    const size_t overrun = detail::takeNewbornBack(flow, particles, begin, options, monitor.quiet());
+    AdvectResult result = detail::advectPart(flow, particles, begin, options, options.time, monitor);
+    result.overrun += overrun;
+    return result;
+}
+
+size_t detail::takeNewbornBack(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
+                               const Monitor& monitor) {
+    if (!options.byAge || !particles.hasAge() || flow.steady()) return 0;
+    std::vector<size_t> indices;
+    std::vector<Vec3d> positions;
+    for (size_t k = 0; k < particles.size(); ++k)
+        if (paceOf(particles.age[k], options.time) < 1) {
+            indices.push_back(k);
+            positions.push_back(particles.position(k));
+        }
+    if (indices.empty()) return 0;
+    Points newborn = Points::at(positions);
+    const auto flowAt = [&](double time) { return FlowAt{time, flow.at(time)}; };
+    constexpr int kSubdivisions = 4;
+    const size_t overrun =
+        followWall(flow, flowAt(begin + options.time), flowAt(begin), newborn, kSubdivisions, monitor);
+    for (size_t n = 0; n < indices.size(); ++n) particles.setPosition(indices[n], newborn.position(n));
+    return overrun;
 }
 
 AdvectResult detail::advectPart(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,

@@ -32,6 +32,11 @@ inline AdvectOptions oneOf(int count, AdvectOptions options) {
     return options;
 }
 
+/// Moves the newborn particles near a moving wall from where they are beside it at the end of the time to the same
+/// place beside it at the beginning (AdvectOptions::byAge). Returns how many of them the wall ran over.
+size_t takeNewbornBack(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,
+                       const Monitor& monitor);
+
 /// advect() for a part of the time: `options` describe the part, and `wholeTime` is what a newborn particle's age is
 /// compared with (AdvectOptions::byAge).
 AdvectResult advectPart(const FlowInTime& flow, Points& particles, double begin, const AdvectOptions& options,

@@ -56,8 +56,10 @@ Pathlines advectWithPathlines(const FlowInTime& flow, Points& particles, double 
     const AdvectOptions one = detail::oneOf(segments, detail::withAccuracy(options, first.domain()));
     AdvectOptions none = one;
     none.time = 0;
+    const size_t overrun = detail::takeNewbornBack(flow, particles, begin, options, unreported);
     advect(flow, particles, begin, none, unreported); // sets velocity and track at the start
     Pathlines pathlines{.curves = unsetCurves(particles, vertices, particles.hasTrack()), .result = {}};
+    pathlines.result.overrun = overrun;
     record(particles, 0, 0, pathlines.curves);
     for (int k = 0; k < segments; ++k) {
         pathlines.result += detail::advectPart(flow, particles, begin + one.time * k, one, options.time, unreported);

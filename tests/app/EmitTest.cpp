@@ -256,3 +256,33 @@ TEST_CASE("emit: points are born where a moving emitter is at the time of their 
     const std::string slow = "frames 1-2 fps=10\nsphere radius=0.1 translate={0.1*T},0,0\nemit rate=200 seed=4";
     for (const double x : framesOf("", slow).back().x) CHECK(std::abs(x - 0.01) <= 0.1);
 }
+
+TEST_CASE("emit: points born on a moving obstacle lie on it at the end of every frame", "[app]") {
+    // The obstacle moves by two thirds of its size or less per frame; the flow hardly moves anything at its wall.
+    const std::string rate = GENERATE("12", "25"); // 1/25 is rounded down in float
+    const std::string sphere = "sphere radius=0.4 translate={6*T},0,0\n";
+    const std::string emitter = GENERATE(as<std::string>(), "", "sphere radius=0.4 translate={6*T},0,0\n");
+    const std::string block = "frames 1-4 fps=" + rate + "\n" + sphere +
+                              "noise frequency=2\nnoise frequency=2 seed=1\nbound side=outside layer=0.2\n"
+                              "dfvn speed=0.001\n" +
+                              emitter + "emit on=surface rate=2000 offset=0.001\nadvect";
+    CAPTURE(rate, emitter);
+    const Points born = framesOf("", block).back();
+    CHECK(born.size() > 200);
+    const Vec3d centre{{6 * 3 / std::stod(rate), 0, 0}};
+    for (size_t k = 0; k < born.size(); ++k) CHECK(length(born.position(k) - centre) == Approx(0.401).margin(1e-3));
+}
+
+TEST_CASE("emit: a fast emitter in the layer of a wall at rest, or a slow one, emits at the time of birth", "[app]") {
+    // The flow changes with time. -advect does not take births along, because the wall does not move as the emitter
+    // does.
+    const std::string way = GENERATE("", " translate={0.001*T},0,0");
+    const Points born = framesOf("", "frames 1-2 fps=10\nsphere radius=2" + way +
+                                         "\nnoise time={T}\nnoise seed=1\nbound layer=1.9\ndfvn speed=0.001\n"
+                                         "sphere radius=0.1 translate={5*T-1},1,0\nemit rate=2000 seed=4")
+                            .back();
+    CAPTURE(way);
+    CHECK(born.size() == 200);
+    for (size_t k = 0; k < born.size(); ++k)
+        CHECK(std::abs(born.x[k] - 5 * (0.1 - static_cast<double>(born.age[k])) + 1) < 0.1 + 0.25 * 0.35);
+}

@@ -3,7 +3,9 @@
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/NoiseField.h"
+#include "curlew/flow/Flows.h"
 #include "curlew/track/Advect.h"
+#include "curlew/track/Pathlines.h"
 #include "curlew/track/Scatter.h"
 #include "support/FiniteDifference.h"
 #include "support/MovingPoints.h"
@@ -154,6 +156,31 @@ TEST_CASE("advect: a moving wall pushes particles that are just born, too", "[tr
     for (size_t k = 0; k < born.size(); ++k) CHECK(length(position(born, k) - Vec3d{{1, 0, 0}}) > 0.5);
     CHECK(position(born, 0)[0] > 1.4);
     CHECK(position(born, 3) == Vec3d{{0, 3, 0}}); // the flow has not moved it yet
+}
+
+TEST_CASE("advect: particles born on a moving wall stay on it as it turns and moves", "[track]") {
+    // Nothing flows, so a particle that is born on the wall has to end where it was born, beside the wall of the end.
+    const FlowInTime flow([](double t) {
+        const Placement place{.offset = {{2 * t, 0, 0}}, .rotate = {{0, 0, 40 * t}}};
+        const Sdf box = placed(boxSdf({{1, 0.8, 0.6}}, 0.25), place);
+        return uniformFlow({{1e-9, 0, 0}},
+                           {.box = cube(2), .wall = Wall{.sdf = box, .side = Side::outside, .width = 0.2}});
+    });
+    const Domain end = flow.at(0.5).domain();
+    Points born = scatterFrom(end, 0, 200, {.on = ScatterOn::surface, .level = 0.01});
+    for (size_t k = 0; k < born.size(); ++k) born.age.push_back(static_cast<float>(k) * 0.0025f);
+    const Points start = born;
+    const AdvectResult result = advect(flow, born, 0, {.time = 0.5, .steps = 8, .byAge = true});
+    CHECK(result.outside == 0);
+    CHECK(result.overrun == 0);
+    double farthest = 0;
+    for (size_t k = 0; k < born.size(); ++k)
+        farthest = std::max(farthest, length(position(born, k) - position(start, k)));
+    CHECK(farthest < 0.03); // the wall moves by 1, and turns on a somewhat different way back and forth
+    // Pathlines end there, too.
+    Points along = start;
+    advectWithPathlines(flow, along, 0, {.time = 0.5, .steps = 8, .byAge = true});
+    for (size_t k = 0; k < born.size(); ++k) CHECK(length(position(along, k) - position(born, k)) < 1e-6);
 }
 
 TEST_CASE("advect: particles at a moving wall have its normal velocity", "[track]") {

@@ -27,8 +27,9 @@ struct AdvectOptions {
     /// delay, so the bound is lower in proportion where the flow is slower than its root mean square speed. 0:
     /// defaultAccuracy(), unless `steps` is given. AdvectResult has the sum of these estimates over a point's steps.
     double accuracy = 0;
-    /// A particle younger than `time` moves with the flow only for its age, because it was born during this time. A
-    /// moving wall carries it for the whole time, so that it does not end up beyond the wall.
+    /// A particle younger than `time` moves with the flow only for its age, because it was born during this time. Near
+    /// a moving wall, its position is understood relative to the wall at the end of this time. Without a flow, it ends
+    /// there.
     bool byAge = false;
     double maxStep = 0; ///< World units. A step that moves a point farther is subdivided; 0: no limit.
 

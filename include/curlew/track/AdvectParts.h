@@ -24,8 +24,9 @@ double firstStep(const FlowN<N>& flow, Scheme scheme, double accuracy);
 
 /// Returns the fraction of the time for which a particle of this age moves (AdvectOptions::byAge).
 inline double paceOf(float age, double time) {
+    constexpr double kRounding = 1e-6; // of ages, which are floats: one that is as old as the time is not younger
     const double whole = std::abs(time), lived = static_cast<double>(age);
-    return lived < whole ? std::max(lived, 0.0) / whole : 1; // NaN moves for all of it
+    return lived < whole * (1 - kRounding) ? std::max(lived, 0.0) / whole : 1; // NaN moves for all of it
 }
 
 /// Returns the order in which to move particles, those that are close together one after another; empty: in their own

@@ -2,6 +2,7 @@
 #include "Actions.h"
 #include "ScatterDomain.h"
 #include "curlew/track/Emission.h"
+#include "curlew/track/WallMotion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,8 +16,31 @@ using namespace options;
 
 const std::string kEmitGroup = "points";
 
+/// Returns whether a moving wall takes along the places of birth: most of them are in its layer and move as the emitter
+/// does. -advect then takes births for points beside the wall as it is at the end of the frame (AdvectOptions::byAge).
+bool movesWithWall(const Context& c, const Birthplace& birth, double size) {
+    constexpr size_t kSamples = 64;
+    constexpr double kClose = 0.05; // relative to the emitter's size
+    if (!birth.place.clear || c.steady("flow")) return false;
+    const FrameClock& clock = *c.clock();
+    const Domain before = c.flowInTime("flow").at(clock.begin).domain();
+    if (!before.wall) return false;
+    const Points samples = scatterFrom(birth.domain, 0, kSamples, {.on = birth.place.on, .level = birth.place.level});
+    Points earlier = samples;
+    WallMotion(*birth.place.clear->wall, *before.wall, before.box, -clock.duration).carry(earlier);
+    const Sdf there = c.sdfAt("domain", clock.begin, 2 * std::abs(birth.place.level));
+    const auto distance = [](const Sdf& sdf, const Vec3d& x) { return sdf.distance.at<0>(x).value; };
+    size_t along = 0;
+    for (size_t k = 0; k < samples.size(); ++k) {
+        const double now = distance(birth.domain.wall->sdf, samples.position(k));
+        along += std::abs(distance(there, earlier.position(k)) - now) < kClose * size;
+    }
+    return 2 * along > kSamples;
+}
+
 /// Returns the domain in equal intervals of the frame: in one, unless a shape or rigid body moves by a quarter of its
-/// size or more. (Between two frames, other level sets are blends, which may enclose nothing.)
+/// size or more. (Between two frames, other level sets are blends, which may enclose nothing.) If the emitter moves
+/// with a wall, there is one interval, too.
 std::vector<Domain> birthplaces(const Context& c, const Arguments& a, const Birthplace& birth) {
     constexpr double kStep = 0.25, kMost = 64; // of the diagonal of its box; intervals
     std::vector<Domain> places{birth.domain};
@@ -31,7 +55,7 @@ std::vector<Domain> birthplaces(const Context& c, const Arguments& a, const Birt
                  way = std::max(length(now->lower - before->lower), length(now->upper - before->upper));
     if (!(size > 0)) return places;
     const auto count = static_cast<size_t>(std::clamp(std::ceil(way / (kStep * size)), 1.0, kMost));
-    if (count == 1) return places;
+    if (count == 1 || movesWithWall(c, birth, size)) return places;
     places.clear();
     for (size_t k = 0; k < count; ++k) {
         const double part = (static_cast<double>(k) + 0.5) / static_cast<double>(count);
@@ -45,7 +69,9 @@ std::vector<Domain> birthplaces(const Context& c, const Arguments& a, const Birt
 
 void emit(Context& c, const Arguments& a) {
     if (!c.clock()) throw ValueError("works frame by frame; put it after -frames");
-    const Birthplace birth = birthplaceOf(c, a, OffSurface::always);
+    Birthplace birth = birthplaceOf(c, a, OffSurface::always);
+    if (c.has("flow") && dimensionOf(c.anyFlow("flow")) <= 3 && c.flow("flow").domain().wall)
+        birth.place.clear = c.flow("flow").domain();
     PointSet set = c.takePoints("points");
     Points& particles = set.particles;
     if (set.nextId == 0)
@@ -55,8 +81,6 @@ void emit(Context& c, const Arguments& a) {
     if (a.given("life")) options.life = a.real("life"), options.spread = a.real("spread");
     options.place = birth.place;
     options.normalSpeed = a.real("speed");
-    if (c.has("flow") && dimensionOf(c.anyFlow("flow")) <= 3 && c.flow("flow").domain().wall)
-        options.place.clear = c.flow("flow").domain();
     EmissionState state{c.memory().sum, set.nextId};
     Points born = emitted(birthplaces(c, a, birth), options, c.clock()->duration, state, c.follow("emit"));
     c.memory().sum = state.rates;
@@ -113,7 +137,8 @@ Registry emitActions() {
     return {
         {.name = "emit",
          .group = kEmitGroup,
-         .summary = "emitter: in each frame, add points in or on a flow, shape or level set, and remove expired ones",
+         .summary = "emitter: in each frame, add points in or on a flow, shape or level set, which may move, and "
+                    "remove expired ones",
          .takes = {domainInput(), joinedPoints(), densityInput(),
                    maybe(stays("flow", {Kind::flow}), "optional; its wall keeps new points on the flow's side")},
          .makes = {made("points", {Kind::points})},
