@@ -6,9 +6,8 @@
 #include "curlew/vdb/GridAdvection.h"
 #include "curlew/vdb/LevelSetAdvection.h"
 #include "curlew/vdb/LevelSetMesh.h"
+#include "curlew/vdb/LevelSetVolume.h"
 #include "curlew/vdb/Openvdb.h"
-
-#include <openvdb/tools/LevelSetMeasure.h>
 
 namespace curlew::app {
 
@@ -68,8 +67,6 @@ double horizonOf(const Arguments& a) {
     return a.given("restart") ? a.real("restart") : std::numeric_limits<double>::infinity();
 }
 
-double volumeOf(const LevelSet& levelSet) { return openvdb::tools::levelSetVolume(*levelSet.grid); }
-
 /// Warns if voxels could not be traced back, or if a moving wall left some on its wrong side.
 void warnOfTraces(const Context& c, size_t kept, size_t overrun, size_t traced) {
     if (kept > 0)
@@ -114,7 +111,8 @@ void advectLevelSetAction(Context& c, const Arguments& a) {
     else
         result =
             advectLevelSet(before, c.flowInTime("flow"), begin, time, mapOptions(c, a, before.voxelSize()), monitor);
-    const double change = volumeOf(result.levelSet) / volumeOf(before) - 1;
+    const Monitor measuring = c.follow("measuring the volume");
+    const double change = volumeOf(result.levelSet, measuring.quiet()) / volumeOf(before, measuring.quiet()) - 1;
     c.info(
         fmt::format("level set: {} voxels, volume {:+.3g} %", result.levelSet.grid->activeVoxelCount(), 100 * change));
     auto& report = c.report("advect_level_set") = {{"voxels", result.levelSet.grid->activeVoxelCount()},
@@ -153,15 +151,16 @@ void levelSetToMeshAction(Context& c, const Arguments& a) {
     c.give(std::move(mesh));
 }
 
-/// Returns the options for advection, with `own` inserted after duration=.
-std::vector<Option> followOptions(std::vector<Option> own) {
+/// Returns the options for advection, with `own` inserted after duration=. `follows`: conditions of Option::onlyWith
+/// for those of followBinding().
+std::vector<Option> followOptions(std::vector<Option> own, const std::vector<std::string>& follows = {}) {
     std::vector<Option> options{
         formerly(
             {"time"},
             real("duration", "1", "s",
                  "advection time; negative runs backward. After -frames, without duration=: since the first frame")),
         real("begin", "0", "s", "start time; it matters only in time-dependent flows")};
-    options.insert(options.end(), followBinding().options().begin(), followBinding().options().end());
+    for (const Option& option : followBinding().options()) options.push_back(onlyWith(follows, option));
     options.insert(options.begin() + 1, own.begin(), own.end());
     return options;
 }
@@ -180,10 +179,12 @@ Registry levelSetActions() {
              {choice("method", {"flowmap", "weno5"},
                      "flowmap: trace back along the flow, in one step for any time; weno5: OpenVDB's level set "
                      "advection, for comparison (it chooses its own steps)"),
-              positive("restart", "", "s",
-                       "after -frames: interval after which the advection starts again from the level set at that "
-                       "time, which limits the time per frame but costs accuracy (default: never)"),
-              ages("grid", "", "level set to advect: 0 is the newest grid (default: the newest level set)"), keep()}),
+              onlyWith({"method=flowmap"},
+                       positive("restart", "", "s",
+                                "after -frames: interval after which the advection starts again from the level set at "
+                                "that time, which limits the time per frame but costs accuracy (default: never)")),
+              ages("grid", "", "level set to advect: 0 is the newest grid (default: the newest level set)"), keep()},
+             {"method=flowmap"}),
          .examples = {"curlew -read bunny.obj -mesh2ls -noise frequency=2 -noise frequency=2 seed=1 -dfvn speed=1 "
                       "-advectLevelSet duration=0.5 -write moved.vdb"},
          .inFrames = InFrames::each,
