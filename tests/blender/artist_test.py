@@ -98,7 +98,7 @@ class Saving(Case):
         place.rename(moved)
         bpy.ops.wm.open_mainfile(filepath=str(moved / "a.blend"))
         self.check()
-        self.assertEqual(support.addon("cache").clear(bpy.data.node_groups["rising"]), (0, 0))
+        self.assertEqual(support.addon("cache").clear(bpy.data.node_groups["rising"]), (0, 0, 0))
 
     def test_a_saved_bake_moves_with_its_file(self):
         place = folder("third")
@@ -185,6 +185,21 @@ class Saving(Case):
         self.assertEqual(self.clear(), 1)
         bpy.ops.wm.open_mainfile(filepath=first)
         self.check()
+
+    def test_what_the_file_on_disk_shows_is_kept_until_the_file_is_saved(self):
+        place = str(folder("not_saved") / "a.blend")
+        build = rising()
+        bpy.ops.wm.save_as_mainfile(filepath=place)
+        self.bake.bake(build.tree)
+        bpy.ops.wm.save_mainfile()
+        self.bake.bake(build.tree)
+        self.assertEqual(self.clear(), 0)
+        bpy.ops.wm.open_mainfile(filepath=place)
+        self.check()
+        self.bake.bake(bpy.data.node_groups["rising"])
+        self.assertEqual(self.clear(), 1)  # the bake of which the file on disk knows nothing
+        bpy.ops.wm.save_mainfile()
+        self.assertEqual(self.clear(), 1)
 
     def test_what_a_copy_of_the_file_shows_is_not_deleted(self):
         """Older Blenders do not say where a copy was saved."""

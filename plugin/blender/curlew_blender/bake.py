@@ -226,10 +226,12 @@ class CURLEW_OT_cancel(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def cleared(tree: bpy.types.NodeTree, what: str) -> str:
-    """Removes the bakes of a tree that nothing shows. Returns what to tell the user."""
-    removed, kept = cache.clear(tree, running_folders())
-    return f"{removed} {what} removed" + (f", {kept} kept: other .blend files may show them" if kept else "")
+def cleared(tree: bpy.types.NodeTree, what: str, saved: bool = False) -> str:
+    """Removes the bakes of a tree that nothing shows, `saved`: also those that the file on disk shows. Returns what to tell the
+    user."""
+    removed, on_disk, kept = cache.clear(tree, running_folders(), saved)
+    return (f"{removed} {what} removed" + (f", {on_disk} kept until you save: the file on disk shows them" if on_disk else "")
+            + (f", {kept} kept: other .blend files may show them" if kept else ""))
 
 
 class CURLEW_OT_free_bake(bpy.types.Operator):
@@ -252,7 +254,7 @@ class CURLEW_OT_free_bake(bpy.types.Operator):
             if hasattr(node, "kind"):
                 node.baked, node.outdated = "", False
         tree.message = ""
-        self.report({"INFO"}, cleared(tree, "bakes"))
+        self.report({"INFO"}, cleared(tree, "bakes", saved=True))
         return {"FINISHED"}
 
 

@@ -26,6 +26,7 @@ _FRAME, PART = "frame_", "part_"  # prefixes of folders for bakes on frame chang
 _TEXT: Dict[str, Any] = {"encoding": "utf-8", "errors": "surrogateescape"}  # paths may have any bytes
 _USERS = "used_by.txt"  # lists the .blend files that may show a bake, relative to the folder of the bake
 COPY = "*"  # in that list: a copy of a .blend, whose path is not known
+_saved: Set[Path] = set()  # folders of the bakes that the .blend showed when it was opened or saved, and so shows on disk
 
 
 def temporary() -> Path:
@@ -170,9 +171,17 @@ def note_shown(blend: str) -> None:
                 note(folder, blend)
 
 
+def remember_saved() -> None:
+    """Notes which bakes the open .blend shows, because it has just been read from disk or written there."""
+    _saved.clear()
+    _saved.update(used_folders())
+
+
 def note_saved(blend: str) -> None:
     """Notes in the folders of all bakes near by whether the .blend that was saved shows them."""
     note_shown(blend)
+    if os.path.realpath(blend) == os.path.realpath(bpy.data.filepath):  # not a copy
+        remember_saved()
     used = used_folders()
     for base in {beside().resolve(), *(folder.parents[1] for folder in used if folder.parents[1].name == _NAME)}:
         for folder in {path.parent for path in base.glob(f"*/*/{_USERS}")}:
@@ -209,10 +218,10 @@ def make_once(base: Path, name: str, make: Callable[[Path], None], blend: str) -
 
 
 def prune(base: Path, keep: int) -> None:
-    """Removes bakes of frames except for the `keep` most recently used ones, those in use, and those that another .blend may
-    show."""
+    """Removes bakes of frames except for the `keep` most recently used ones, those in use, those that the .blend on disk shows,
+    and those that another .blend may show."""
     folders = sorted(base.glob(_FRAME + "*"), key=lambda folder: -folder.stat().st_mtime_ns)
-    used = used_folders() if len(folders) > keep else set()
+    used = used_folders() | _saved if len(folders) > keep else set()
     for folder in folders[keep:]:
         if folder.resolve() not in used and not _may_be_shown_by_others(folder):
             shutil.rmtree(folder, ignore_errors=True)
@@ -222,17 +231,20 @@ def _is_bake(name: str) -> bool:
     return bool(re.fullmatch(r"\d+(-[0-9a-f]+)?", name)) or name.startswith((_FRAME, PART))
 
 
-def clear(tree: bpy.types.NodeTree, busy: AbstractSet[Path] = frozenset()) -> Tuple[int, int]:
-    """Removes bakes that are no longer in use, except for busy folders and those that another .blend may show. Returns the
-    numbers of bakes that were removed, and kept for others."""
+def clear(tree: bpy.types.NodeTree, busy: AbstractSet[Path] = frozenset(), saved: bool = False) -> Tuple[int, int, int]:
+    """Removes bakes that are no longer in use, except for busy folders, those that the .blend on disk shows (unless `saved`), and
+    those that another .blend may show. Returns the numbers of bakes that were removed, kept for the .blend on disk, and kept for
+    others."""
     base, used = root(tree), used_folders() | {folder.resolve() for folder in busy}
-    removed = kept = 0
+    removed = on_disk = kept = 0
     for folder in sorted(base.iterdir()) if base.is_dir() else []:
         if not folder.is_dir() or not _is_bake(folder.name) or folder.resolve() in used:
             continue
-        if _may_be_shown_by_others(folder):
+        if folder.resolve() in _saved and not saved:
+            on_disk += 1
+        elif _may_be_shown_by_others(folder):
             kept += 1
         else:
             shutil.rmtree(folder)
             removed += 1
-    return removed, kept
+    return removed, on_disk, kept

@@ -94,6 +94,7 @@ def after_load(*_: object) -> None:
     """Leaves the bakes of a file that was open before, and never saved, where they are. Notes which bakes the file shows, as
     it may be a copy, or the file of an earlier release."""
     cache.note_shown(bpy.data.filepath)
+    cache.remember_saved()
     used = cache.used_folders()
     _of_others.clear()
     _of_others.update(folder for folder in cache.temporary().glob("*/*") if folder.resolve() not in used)
