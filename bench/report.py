@@ -168,15 +168,15 @@ def comparisons(cases, memory, sets):
         ratio(f"velocity, {layout}: vdb_ax's curlsimplexnoise over ours", ns("ax/curlsimplexnoise"),
               ns(f"velocity/{layout}/again"), (">=", 30))
         ratio("  the same with newly allocated memory", ns("ax/curlsimplexnoise"), time)
-    ratio("velocity: staggered over collocated", one["staggered"], one["collocated"], ("<=", 1))
+    ratio("velocity: staggered over collocated", one["staggered"], one["collocated"], ("<=", 1.2))
     ratio("velocity, collocated: over a constant fill", one["collocated"], ns("fill/constant"))
     for layout in one:
         free = ns(f"bounded/none/{layout}")
         ratio(f"bounded by a sphere over unbounded, {layout}", ns(f"bounded/sphere/{layout}"), free)
-        ratio(f"bounded by a level set over unbounded, {layout}", ns(f"bounded/level_set/{layout}"), free, ("<=", 3))
+        ratio(f"bounded by a level set over unbounded, {layout}", ns(f"bounded/level_set/{layout}"), free, ("<=", 2))
     for name in "velocity/collocated", "velocity/staggered", "advect/gauss_newton":
         ratio(f"one thread over two: {name}", ns(f"{name}/1thread", real=True), ns(f"{name}/2threads", real=True),
-              (">=", 1.85))
+              (">=", 1.9))
         ratio("  the same, by the main thread's processor time", ns(f"{name}/1thread"), ns(f"{name}/2threads"))
     ratio("advect: in a mesh over without its wall", ns("advect/mesh/1thread"), ns("advect/mesh_without_wall/1thread"),
           ("<=", 1.3))
@@ -215,8 +215,8 @@ def comparisons(cases, memory, sets):
         grid = cases["velocity/collocated/1thread"][best].counters["bytes"]
         for what, peak in memory.items():
             if what != "started":
-                bar = ("<=", 1.15) if what == "collocated" else None
-                ratio(f"peak memory over the grid: {what}", peak / 1e6, grid / 1e6, bar)
+                bar = ("<=", 1.1) if what == "collocated" else None
+                ratio(f"memory beyond that at the start, over the grid: {what}", (peak - memory["started"]) / 1e6, grid / 1e6, bar)
     return rows
 
 
@@ -291,7 +291,8 @@ def main():
     parser.add_argument("--command", required=True, help="the command curlew (./dev gives it)")
     parser.add_argument("--out", required=True, help="JSON file for the numbers (./dev gives it)")
     parser.add_argument("--rounds", type=int, default=3, help="number of times to run everything (default 3)")
-    parser.add_argument("filter", nargs="?", default="", help="regular expression: run only cases whose names match it")
+    parser.add_argument("filter", nargs="?", default="", help="regular expression: run only cases whose names match it; cases of "
+                        "GPUs only if it contains gpu, because they take very long in software")
     options = parser.parse_args()
     if options.rounds < 1:
         parser.error(f"--rounds {options.rounds} must be at least 1")
@@ -304,8 +305,9 @@ def main():
     sets = [simd for simd, needed in SETS.items() if needed <= flags]
     measures_memory = bool(pattern.search(MEMORY))
     load = os.getloadavg()[0]
-    cases = run_rounds(options.binary, options.rounds, sets, lambda name: pattern.search(name) or (
-        measures_memory and name == "velocity/collocated/1thread"))
+    cases = run_rounds(options.binary, options.rounds, sets, lambda name: (
+        pattern.search(name) and ("gpu" in options.filter or not name.startswith("gpu/"))
+        or measures_memory and name == "velocity/collocated/1thread"))
     if not cases:
         sys.exit(f"bench: no case has a name with '{options.filter}'; {options.binary} --benchmark_list_tests lists them")
     memory = run_memory(options.command) if measures_memory else {}

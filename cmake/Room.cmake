@@ -80,11 +80,13 @@ function(curlew_precompile_where_included target header)
   endforeach()
 endfunction()
 
-# curlew_room(<room> DEPENDS <public targets> [PRIVATE <private targets>] [PCH <headers>] [ALONE <names of files>])
+# curlew_room(<room> DEPENDS <public targets> [PRIVATE <private targets>] [PCH <headers>] [ALONE <names of files>]
+#   [O1 <names of files>])
+# O1: files of ALONE to compile with -O1. They cannot use a header that was precompiled with other options.
 # Compiles several files as one, except for those named after ALONE. Ten files of app then take 16 instead of 42 s, because
 # each file instantiates the same templates. The names in all anonymous namespaces of a room must therefore differ.
 function(curlew_room room)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;PRIVATE;PCH;ALONE" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DEPENDS;PRIVATE;PCH;ALONE;O1" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/${room}/*.cpp)
   set(kernels ${sources})
   list(FILTER kernels INCLUDE REGEX "Kernels\\.cpp$")
@@ -101,6 +103,9 @@ function(curlew_room room)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ${CURLEW_BATCHES} UNITY_BUILD_BATCH_SIZE 10)
     list(TRANSFORM ARG_ALONE REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/src/${room}/\\1.cpp")
     set_source_files_properties(${ARG_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    list(TRANSFORM ARG_O1 REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/src/${room}/\\1.cpp")
+    set_source_files_properties(${ARG_O1} PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O1>
+      SKIP_PRECOMPILE_HEADERS ON)
     if(kernels)
       curlew_kernels(${target} ${kernels})
     endif()

@@ -14,7 +14,6 @@
     CURLEW_GRID_INSTANCE(prefix, FloatTree)  \
     CURLEW_GRID_INSTANCE(prefix, DoubleTree) \
     CURLEW_GRID_INSTANCE(prefix, Int32Tree)  \
-    CURLEW_GRID_INSTANCE(prefix, BoolTree)   \
     CURLEW_GRID_INSTANCE(prefix, MaskTree)   \
     CURLEW_GRID_INSTANCE(prefix, Vec3STree)
 // NOLINTEND(bugprone-macro-parentheses)
