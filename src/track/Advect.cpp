@@ -233,6 +233,9 @@ struct FlowAt {
 /// Tolerated deviation of a wall from the mean of the walls before and after it, relative to the layer.
 constexpr double kBent = 0.2;
 
+/// How often a step may be halved to follow a wall that is not close to that mean.
+constexpr int kMostHalvings = 4;
+
 /// Moves the particles with the wall from one time to another. A wall that changes its form is interpolated linearly
 /// between its two distances (WallMotion). If the wall halfway differs from that, as with a thin limb that moves
 /// farther than its thickness, each half is followed separately. Returns the number of points that the wall ran over.
@@ -263,7 +266,7 @@ int subdivisionsFor(const FlowAt& before, const FlowAt& middle, const FlowAt& af
     const auto &from = before.flow.domain().wall, &halfway = middle.flow.domain().wall, &to = after.flow.domain().wall;
     const bool straight =
         from && halfway && to && offMean(*from, *halfway, *to, before.flow.domain().box) <= 4 * kBent * from->width;
-    return straight ? 0 : 4;
+    return straight ? 0 : kMostHalvings;
 }
 
 } // namespace
@@ -299,9 +302,8 @@ size_t detail::takeNewbornBack(const FlowInTime& flow, Points& particles, double
     if (indices.empty()) return 0;
     Points newborn = Points::at(positions);
     const auto flowAt = [&](double time) { return FlowAt{time, flow.at(time)}; };
-    constexpr int kSubdivisions = 4;
     const size_t overrun =
-        followWall(flow, flowAt(begin + options.time), flowAt(begin), newborn, kSubdivisions, monitor);
+        followWall(flow, flowAt(begin + options.time), flowAt(begin), newborn, kMostHalvings, monitor);
     for (size_t n = 0; n < indices.size(); ++n) particles.setPosition(indices[n], newborn.position(n));
     return overrun;
 }
