@@ -31,8 +31,8 @@ struct PartialDerivative {
     void evalBatch(const PointBatchN<N>& points, JetBatchN<T, N, Order>& jets) const {
         if constexpr (Order >= 3) {
             throw ValueError("the third derivatives of a gradient are not known");
-        } else if constexpr (Order == 2 && std::is_same_v<T, float>) { // fields have third derivatives in double only
-            JetBatchN<double, N, 2> exact;
+        } else if constexpr (Order >= 1 && std::is_same_v<T, float>) { // fields have no second derivatives in float
+            JetBatchN<double, N, Order> exact;
             evalBatch(points, exact);
             for (size_t k = 0; k < jets.c.size(); ++k)
                 for (size_t i = 0; i < kBatch; ++i) jets.c[k][i] = static_cast<float>(exact.c[k][i]);

@@ -13,7 +13,6 @@ template void runOnLanes<CURLEW_SIMD, VoxelKernel, double>(const PointBatch&, co
                                                                   JetBatch<T, Order>&);
 CURLEW_INSTANTIATE(float, 0)
 CURLEW_INSTANTIATE(float, 1)
-CURLEW_INSTANTIATE(float, 2)
 CURLEW_INSTANTIATE(double, 0)
 CURLEW_INSTANTIATE(double, 1)
 CURLEW_INSTANTIATE(double, 2)

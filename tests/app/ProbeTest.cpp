@@ -76,7 +76,25 @@ TEST_CASE("probeField: values are exactly those of the library", "[app]") {
     checkField<double, 2>(field, kOrder2, folder);
     checkField<float, 0>(field, "x,y,z,value", folder);
     checkField<float, 1>(field, "x,y,z,value,dx,dy,dz", folder);
-    checkField<float, 2>(field, kOrder2, folder);
+}
+
+TEST_CASE("probeField: with precision=float, second derivatives are those in double", "[app]") {
+    const Folder folder;
+    const ScalarField field = noiseField<Psrd3>({.seed = 3}, {.frequency = 1.3, .octaves = 2});
+    probeField<float>(field, positions(), 2, folder / "out.csv");
+    const Table table = tableOf(folder / "out.csv");
+    CHECK(table.header == kOrder2);
+    for (size_t k = 0; k < table.rows.size(); ++k) {
+        const auto single = field.at<1, float>(points()[k]);
+        const auto exact = field.at<2>(points()[k]);
+        std::vector<double> expected;
+        for (int i = 0; i < single.kSize; ++i) expected.push_back(static_cast<double>(single.component(i)));
+        for (int i = single.kSize; i < exact.kSize; ++i) expected.push_back(exact.component(i));
+        REQUIRE(table.rows.at(k).size() == 3 + expected.size());
+        REQUIRE(std::equal(expected.begin(), expected.end(), table.rows[k].begin() + 3,
+                           [](double a, double b) { return static_cast<float>(a) == static_cast<float>(b); }));
+        REQUIRE(table.rows[k].back() == expected.back()); // all digits
+    }
 }
 
 TEST_CASE("probeField: works in every dimension and names columns after coordinates", "[app]") {

@@ -66,7 +66,7 @@ void checkLifted() {
     WorstN<N> worst, worstFloat;
     for (const auto& p : points) {
         worst.see(difference(field.template at<3>(p), direct.template at<3>(p)), p);
-        worstFloat.see(difference(field.template at<2, float>(p), direct.template at<2, float>(p)), p);
+        worstFloat.see(difference(field.template at<1, float>(p), direct.template at<1, float>(p)), p);
     }
     CAPTURE(N, M, worst.where);
     CHECK(worst.value <= 1e-12);     // about a hundred roundings of terms below 50

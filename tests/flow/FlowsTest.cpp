@@ -276,10 +276,10 @@ TEST_CASE("gradientFlow: velocity is the gradient, and its derivative the Hessia
     requireJacobian(gradientFlow(planeNoises()[0]), cube<2>(1), 200, 1);
     PointBatch one;
     one.push({{0.1, 0.2, 0.3}});
-    JetBatch<float, 2> floats;
-    JetBatch<double, 2> doubles;
+    JetBatch<float, 1> floats;
+    JetBatch<double, 1> doubles;
     flow.components()[0][1].eval(one, floats);
     flow.components()[0][1].eval(one, doubles);
-    CHECK(static_cast<double>(floats[0].hessian(0, 1)) == Approx(doubles[0].hessian(0, 1)));
+    CHECK(static_cast<double>(floats[0].gradient[1]) == Approx(doubles[0].gradient[1]));
     CHECK_THROWS_AS(flow.components()[0][0].at<3>({}), ValueError);
 }

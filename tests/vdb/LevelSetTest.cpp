@@ -132,12 +132,11 @@ TEST_CASE("sdfOf: float agrees with double", "[vdb]") {
     const Sdf sdf = sdfOf(exactSphere(1, 0.1, 8));
     for (uint64_t k = 0; k < 500; ++k) {
         const Vec3d p = onSphere(1, k);
-        const auto exact = sdf.distance.at<2>(p);
-        const auto rounded = sdf.distance.at<2, float>(p);
+        const auto exact = sdf.distance.at<1>(p);
+        const auto rounded = sdf.distance.at<1, float>(p);
         CAPTURE(k);
         CHECK(static_cast<double>(rounded.value) == Approx(exact.value).margin(1e-6));
         CHECK(static_cast<double>(rounded.gradient[0]) == Approx(exact.gradient[0]).margin(1e-5));
-        CHECK(static_cast<double>(rounded.hessian(0, 0)) == Approx(exact.hessian(0, 0)).margin(1e-3));
     }
 }
 

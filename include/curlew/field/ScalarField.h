@@ -53,7 +53,6 @@ class FieldModel {
     virtual ~FieldModel() = default;
     virtual void eval(const PointBatchN<N>&, JetBatchN<float, N, 0>&) const = 0;
     virtual void eval(const PointBatchN<N>&, JetBatchN<float, N, 1>&) const = 0;
-    virtual void eval(const PointBatchN<N>&, JetBatchN<float, N, 2>&) const = 0;
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 0>&) const = 0;
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 1>&) const = 0;
     virtual void eval(const PointBatchN<N>&, JetBatchN<double, N, 2>&) const = 0;
@@ -110,8 +109,8 @@ struct ModelKernel {
 /// A scalar function of position in N dimensions with exact derivatives. It is a cheap handle to an immutable model,
 /// which copies share. Evaluation is safe from any number of threads.
 ///
-/// T is the precision of values and derivatives (float or double). Order is the highest derivative: up to 2, and in
-/// double up to 3. Positions are always double.
+/// T is the precision of values and derivatives (float or double). Order is the highest derivative: up to 1 in float, 3
+/// in double. Positions are always double.
 template <int N>
 class ScalarFieldN {
   public:
@@ -197,7 +196,6 @@ class ScalarFieldN {
         explicit Model(M model) : mM(std::move(model)) {}
         void eval(const PointBatchN<N>& p, JetBatchN<float, N, 0>& j) const override { run(p, j); }
         void eval(const PointBatchN<N>& p, JetBatchN<float, N, 1>& j) const override { run(p, j); }
-        void eval(const PointBatchN<N>& p, JetBatchN<float, N, 2>& j) const override { run(p, j); }
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 0>& j) const override { run(p, j); }
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 1>& j) const override { run(p, j); }
         void eval(const PointBatchN<N>& p, JetBatchN<double, N, 2>& j) const override { run(p, j); }

@@ -275,7 +275,7 @@ Jet<T, N, Order> PsrdN<N>::sumOfCorners(const Cell<T>& cell, const Gradient& gra
             const Vec<T, N> corner = Lattice::cornerUnits(offset(cell, k), k);
             for (int axis = 0; axis < N; ++axis) d[axis] = negMulAdd(corner[axis], unit, d[axis]);
         }
-        addRadialKernel<kPower>(sum, static_cast<T>(kReach), gradient(k), d);
+        addRadialKernel(sum, kPower, static_cast<T>(kReach), gradient(k), d);
     });
     return sum * static_cast<T>(kScale);
 }

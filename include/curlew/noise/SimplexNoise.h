@@ -120,21 +120,18 @@ class SimplexNoise {
     }
     template <int Order, class T>
     void addContribution(Jet<T, N, Order>& sum, const Rebind<T, uint64_t>& index, const Vec<T, N>& d) const {
-        const Vec<T, N> g = gradient<T>(index);
-        if (mPower == 4)
-            addRadialKernel<4>(sum, static_cast<T>(mRadius2), g, d);
-        else
-            addRadialKernel<3>(sum, static_cast<T>(mRadius2), g, d);
+        addRadialKernel(sum, mPower, static_cast<T>(mRadius2), gradient<T>(index), d);
     }
-    /// Sums over the N + 1 corners of the simplex.
+    /// Sums over the N + 1 corners of the simplex. For N <= 5, no other vertex is within reach.
     template <int Order, class T>
     Jet<T, N, Order> sumOfCorners(const Cell<Rebind<T, double>>& cell) const;
-    /// Sums over all vertices within reach.
+    /// Sums over the vertices within reach: all of them, or only the corners. N >= 6.
     template <int Order, class T>
     Jet<T, N, Order> sumOfVertices(const Cell<Rebind<T, double>>& cell) const;
 
     static constexpr int kNear = N <= 5 ? 0 : NearVertex<N>::kCount;
-    /// Returns a bit mask of the near vertices within reach of a position. It may include some that are just beyond.
+    /// Returns a bit mask of the near vertices to sum: those within reach of a position, or only the corners among
+    /// them. It may include some that are just beyond.
     template <class P>
     std::array<uint32_t, size_t{kLanes<P>}> verticesInReach(const Cell<P>& cell) const;
 
@@ -264,6 +261,8 @@ auto SimplexNoise<N>::verticesInReach(const Cell<P>& cell) const -> std::array<u
         const F w = mulAdd(F(2), mulAdd(sum, F(mTilts[k]), product), reach - F(mSquares[k]));
         bits += select(w <= F(0), Bits(0), Bits(uint32_t{1} << k)); // NaN counts as within reach
     });
+    constexpr uint32_t kCorners = 0x11111111; // one of four
+    if (mCornersOnly) bits = bits & Bits(kCorners);
     std::array<uint32_t, size_t{kLanes<P>}> inReach;
     store(bits, inReach.data());
     return inReach;
@@ -297,7 +296,7 @@ Jet<T, N, Order> SimplexNoise<N>::sumOfVertices(const Cell<Rebind<T, double>>& c
         add(sum, index, d);
     };
     if constexpr (kSymbolic<T>) { // those out of reach add zero
-        for (size_t k = 0; k < size_t{kNear}; ++k) {
+        for (size_t k = 0; k < size_t{kNear}; k += mCornersOnly ? 4 : 1) {
             const auto& [corner, step, sign, shift] = lattice<T>().near[k].c;
             addVertex(T(corner), T(step), T(sign), T(shift));
         }
@@ -326,8 +325,9 @@ Jet<T, N, Order> SimplexNoise<N>::at(const Vec<Rebind<T, double>, N>& x) const {
     const auto cell = this->cell(x);
     const T scale(static_cast<NumberOf<T>>(mScale));
     if constexpr (kNear > 0)
-        if (!mCornersOnly) return sumOfVertices<Order, T>(cell) * scale;
-    return sumOfCorners<Order, T>(cell) * scale;
+        return sumOfVertices<Order, T>(cell) * scale;
+    else
+        return sumOfCorners<Order, T>(cell) * scale;
 }
 
 extern template class SimplexNoise<2>;

@@ -115,11 +115,19 @@ void probeJets(const ScalarFieldN<N>& field, const Positions& positions, const s
             for (size_t j = i + 1; j < x.size(); ++j) columns.push_back(fmt::format("d{}{}", x[i], x[j]));
     }
     writeTable<N>(positions, columns, path, monitor, [&](const PointBatchN<N>& points, Lines& lines) {
-        JetBatchN<T, N, Order> jets;
+        const auto appendFrom = [&](size_t first, const auto& jets) {
+            for (size_t i = 0; i < lines.size(); ++i)
+                for (size_t k = first; k < jets.c.size(); ++k) append(lines[i], jets.c[k][i]);
+        };
+        constexpr int kHighest = std::is_same_v<T, double> ? Order : std::min(Order, 1);
+        JetBatchN<T, N, kHighest> jets;
         field.eval(points, jets);
-        for (int i = 0; i < points.size; ++i)
-            for (const auto& component : jets.c)
-                append(lines[static_cast<size_t>(i)], component[static_cast<size_t>(i)]);
+        appendFrom(0, jets);
+        if constexpr (kHighest < Order) { // second derivatives are known in double only
+            JetBatchN<double, N, Order> exact;
+            field.eval(points, exact);
+            appendFrom(jets.c.size(), exact);
+        }
     });
 }
 

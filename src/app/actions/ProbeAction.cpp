@@ -73,7 +73,8 @@ Action probeAction() {
             {integer(
                  "order", "1", 0, 2,
                  "highest order of derivatives; of a flow, which is itself made of first ones, 2 adds the Jacobian"),
-             choice("precision", {"double", "float"}, "floating-point precision of the evaluation")},
+             choice("precision", {"double", "float"},
+                    "floating-point precision of values and first derivatives; second ones are always double")},
         .positional = {"IN.csv OUT.csv", 2, 2},
         .examples = {"curlew -noise frequency=2 -probe points.csv values.csv order=2"},
         .evaluation = Evaluation::effect,
