@@ -91,9 +91,13 @@ void occupyStandardStreams() {
 bool writesToOutput(const curlew::app::Graph& graph) {
     const std::vector<std::string> names{"-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"};
     return std::any_of(graph.nodes.begin(), graph.nodes.end(), [&](const curlew::app::Node& node) {
-        const auto& words = node.arguments.words();
-        return node.action().holds &&
-               std::find_first_of(words.begin(), words.end(), names.begin(), names.end()) != words.end();
+        const curlew::app::Action& action = node.action();
+        std::vector<std::string> written;
+        if (action.files)
+            written = action.files(node.arguments).written;
+        else if (action.holds)
+            written = node.arguments.words();
+        return std::find_first_of(written.begin(), written.end(), names.begin(), names.end()) != written.end();
     });
 }
 

@@ -35,6 +35,7 @@ std::optional<int> ownDescriptor(const fs::path& path) {
 } // namespace
 
 WriteTarget WriteTarget::of(const fs::path& name) {
+    if (name == "-") return of("/dev/stdout");
     WriteTarget target{.path = name};
     constexpr int kMostLinks = 40; // as in Linux
     std::error_code error;

@@ -16,7 +16,7 @@ struct WriteTarget {
     std::filesystem::path path; ///< Its last component is not a symbolic link.
     int descriptor = -1;        ///< A descriptor of this process, for /dev/stdout, /dev/fd/3 and the like; else -1.
 
-    /// Throws FileError if the name is a block device, or if its links form a cycle.
+    /// "-" is the standard output. Throws FileError if the name is a block device, or if its links form a cycle.
     static WriteTarget of(const std::filesystem::path& name);
 };
 

@@ -278,9 +278,15 @@ TEST_CASE("command: pipes and devices are written in place and link targets are 
     folder.mustRun("-noise -slice width=8 -write link.png");
     CHECK(fs::is_symlink(folder / "link.png"));
     CHECK(test::bytesOf(folder / "target.png").substr(0, 4) == "\x89PNG");
-    const auto report = folder.shell("curlew -quiet -scatter box=0,0,0,1,1,1 count=10 -report /dev/stdout | cat");
-    CHECK(report.status == 0);
-    CHECK_THAT(report.out, Catch::StartsWith("{") && Catch::EndsWith("}\n"));
+    for (const std::string name : {"/dev/stdout", "-"}) {
+        const auto report =
+            folder.shell("curlew -noise -noise seed=1 -dfvn box=0,0,0,1,1,1 -scatter count=10 -advect -report " + name +
+                         " 2>log | cat");
+        CHECK(report.status == 0);
+        CHECK_THAT(report.out, Catch::StartsWith("{") && Catch::EndsWith("}\n"));
+        CHECK_THAT(test::bytesOf(folder / "log"), Catch::ContainsSubstring("advect: "));
+    }
+    CHECK_FALSE(fs::exists(folder / "-"));
     CHECK(
         folder
             .shell("mkfifo pipe.png; curlew -quiet -noise -slice width=8 -write pipe.png & head -c 4 pipe.png; wait $!")

@@ -70,6 +70,9 @@ class Nodes(unittest.TestCase):
         for given, effect in (({}, True), ({"method": "curl"}, True), ({"method": "random"}, False)):
             self.assertEqual(jitter.has_effect(layer, given), effect, given)
             self.assertTrue(jitter.has_effect(seed, given))
+        write = self.actions["write"]
+        for words, given, effect in (("a.ply", {}, False), ("a.ply b.VDB", {}, True), ("a.ply", {"format": "vdb"}, True), ("", {}, False)):
+            self.assertEqual(write.has_effect(write.option("codec"), given, words), effect, words)
         self.assertFalse(shade.has_effect(sheet, {"sheet": "1"}))
         self.assertTrue(shade.has_effect(sheet, {"iso": "0.5"}))
 

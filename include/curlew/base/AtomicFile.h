@@ -14,8 +14,8 @@ namespace curlew {
 /// replaced. The temporary file has an unpredictable name and is locked while it is written. A temporary file that a
 /// killed process has left for the same path is removed.
 ///
-/// Pipes, sockets, terminals and other character devices, /dev/stdout and /dev/fd/N are never replaced. The data is
-/// first written to a file in the system's temporary folder and then copied into them.
+/// "-" is the standard output. Pipes, sockets, terminals and other character devices, /dev/stdout and /dev/fd/N are
+/// never replaced. The data is first written to a file in the system's temporary folder and then copied into them.
 ///
 /// If the folder of a relative path is missing and its parent exists, the folder is created: out/a.png creates out/.
 /// The folder of an absolute path is not created, because a typing error would then create a folder somewhere.

@@ -3,6 +3,7 @@
 Blender."""
 
 import math
+import os
 import re
 import shlex
 from dataclasses import dataclass
@@ -76,7 +77,7 @@ class Option:
     exclusive: bool
     implied: Mapping[str, str]  # values that this option implies for others that are not given
     formerly: Tuple[str, ...] = ()  # names that it had in the last release
-    only_with: Tuple[str, ...] = ()  # conditions such as "method=curl" or "iso=" (given), of which one must hold for an effect
+    only_with: Tuple[str, ...] = ()  # conditions, of which one must hold for an effect: "method=curl", "iso=" (given), ".vdb" (file)
 
     @property
     def label(self) -> str:
@@ -128,10 +129,14 @@ class Action:
             raise ValueError(f"-{self.name} has no option '{name}'; its options are {known}")
         return found[0]
 
-    def has_effect(self, option: Option, given: Mapping[str, str]) -> bool:
-        """Returns whether an option has an effect with the given ones."""
+    def has_effect(self, option: Option, given: Mapping[str, str], files: str = "") -> bool:
+        """Returns whether an option has an effect with the given ones, and with the names of files."""
+        form = given.get("format", "auto")
+        endings = ["." + form] if form != "auto" else _endings(files)
 
         def holds(condition: str) -> bool:
+            if condition.startswith("."):
+                return condition in endings
             name, wanted = condition.split("=", 1)
             return given.get(name, self.option(name).default) == wanted if wanted else name in given
 
@@ -267,6 +272,14 @@ def option_range(option: Option) -> Tuple[float, float]:
         if lower < 1e-30:
             lower = 1e-30  # avoids denormal numbers
     return lower, upper
+
+
+def _endings(files: str) -> List[str]:
+    """Returns the extensions of files; none while a quote is not closed."""
+    try:
+        return [os.path.splitext(name)[1].lower() for name in split_words(files)]
+    except ValueError:
+        return []
 
 
 def split_words(text: str) -> List[str]:

@@ -214,7 +214,7 @@ class ActionNode(CurlewNode):
     def _draw_option(self, layout: bpy.types.UILayout, option: Option, everything: bool) -> None:
         row = layout.row(align=True)
         body = row.row(align=True)
-        body.active = self.action.has_effect(option, self.given()) if option.only_with else True
+        body.active = self.action.has_effect(option, self.given(), self.words) if option.only_with else True
         given = self._is_given(option)
         written = bool(getattr(self, "t_" + option.name))
         many = option.type in ("vector", "interval", "box")

@@ -155,9 +155,6 @@ std::vector<Object> readObjects(const Arguments& a, const std::vector<std::vecto
 
 // --- writing
 
-/// "-" is the standard output.
-std::string writtenTo(const std::string& file) { return file == "-" ? "/dev/stdout" : file; }
-
 void writeVdbFile(const Context& c, const Arguments& a, const std::string& file) {
     writeVdb(file, gridsForFile(c, a), metadataOf(c, a), {.half = a.flag("half"), .codec = a.choice<Codec>("codec")},
              c.console().cancelFunction());
@@ -273,9 +270,8 @@ const std::vector<Format>& formats() {
 }
 
 /// Writes a file in the format that was selected, even if its name has another extension or none.
-void writeOne(const Context& c, const Arguments& a, const std::string& name) {
-    const Format& format = formatOf(a, name, Access::write);
-    const std::string file = writtenTo(name);
+void writeOne(const Context& c, const Arguments& a, const std::string& file) {
+    const Format& format = formatOf(a, file, Access::write);
     if (std::filesystem::path(file).extension() == format.extension || endingOf(file) == format.extension)
         return format.write(c, a, file);
     const TemporaryFolder folder;
@@ -311,18 +307,20 @@ std::vector<Option> writeOptions() {
         formatOption(Access::write,
                      "file format, whatever the files are called; auto: from the extension (needed for - "
                      "(standard output) and other streams)"),
-        flag("half", "0", "1: 16-bit floats in a .vdb, .nvdb (not for vectors) or .exr, except for depth"),
-        choice("codec", {"auto", "none", "zip", "blosc"},
-               "compression of a .vdb, .nvdb or .npz; auto: blosc for fog volumes in a .vdb, which shrink to a third; "
-               "none for everything else, which hardly shrinks")};
+        onlyWith({".vdb", ".nvdb", ".exr"},
+                 flag("half", "0", "1: 16-bit floats, except for depth and for vectors in a .nvdb")),
+        onlyWith({".vdb", ".nvdb", ".npz"},
+                 choice("codec", {"auto", "none", "zip", "blosc"},
+                        "compression; auto: blosc for fog volumes in a .vdb, which shrink to a third; none for "
+                        "everything else, which hardly shrinks"))};
     for (Option& option : hostOptions()) all.push_back(std::move(option));
     for (Option& option : shaderOptions()) all.push_back(std::move(option));
     all.push_back(
         flag("overwrite", "0",
              "1: allow the same file name in all frames, or in several -write; the last one written remains"));
-    all.push_back(flag("legend", "1", "1: draw a colour bar below a .png"));
-    all.push_back(
-        interval("range", "", "values at the two ends of the colour map of a .png (default: from the image)"));
+    all.push_back(onlyWith({".png"}, flag("legend", "1", "1: draw a colour bar below the picture")));
+    all.push_back(onlyWith(
+        {".png"}, interval("range", "", "values at the two ends of the colour map (default: from the image)")));
     return all;
 }
 
@@ -384,7 +382,7 @@ Registry fileActions() {
                  std::vector<std::string> formats;
                  for (const auto& file : a.words()) {
                      formats.push_back(formatOf(a, file, Access::write).extension);
-                     checkWritable(writtenTo(file));
+                     checkWritable(file);
                  }
                  checkShaderOptions(a, formats);
              },

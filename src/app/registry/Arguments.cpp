@@ -4,6 +4,7 @@
 #include "curlew/app/registry/Action.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/Error.h"
+#include "curlew/base/LocalFile.h"
 
 #include <fmt/format.h>
 
@@ -288,7 +289,13 @@ void Arguments::finish() {
 }
 
 std::vector<std::string> Arguments::withoutEffect() const {
+    const auto isFile = [&](const std::string& ending) {
+        if (const Option* format = mAction->option("format"); format && value(*format) != "auto")
+            return "." + value(*format) == ending;
+        return std::any_of(mWords.begin(), mWords.end(), [&](const auto& file) { return endingOf(file) == ending; });
+    };
     const auto holds = [&](const std::string& condition) {
+        if (condition.front() == '.') return isFile(condition);
         const size_t equals = condition.find('=');
         const std::string name = condition.substr(0, equals), wanted = condition.substr(equals + 1);
         return wanted.empty() ? given(name) : value(*mAction->option(name)) == wanted;
