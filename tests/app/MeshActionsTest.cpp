@@ -17,6 +17,13 @@ TEST_CASE("mesh action: an isosurface and a height field", "[app][command]") {
     folder.mustRun("-noise dimensions=2 -mesh box=0,0,-1,2,1,1 dim=20 -write terrain.ply");
     CHECK(readMesh(folder / "terrain.ply").quads.size() == 200);
     CHECK_THAT(bytesOf(folder / "terrain.ply"), ContainsSubstring("property float s\n"));
+    CHECK_THAT(run.err, !ContainsSubstring("warning"));
+    CHECK_THAT(folder.mustRun("-noise -mesh dim=16 -write cut.obj").err,
+               ContainsSubstring("the surface is cut off at the sides of the box -1,-1,-1,1,1,1"));
+    CHECK_THAT(folder.mustRun("-noise -mesh dim=16 box=0,0,0,1,1,1 -write cut.obj").err, !ContainsSubstring("warning"));
+    // Closed, but within a voxel of the box.
+    CHECK_THAT(folder.mustRun("-formula 'x^2+y^2+z^2-0.9^2' -mesh dim=10 -write ball.obj").err,
+               !ContainsSubstring("warning"));
     // A density is inside where it is above the value. The mesh can be used as one that was read.
     folder.mustRun("-formula '1-x^2-y^2-z^2' -mesh iso=0.75 inside=above dim=40 -mesh2ls -write solid.vdb");
 }

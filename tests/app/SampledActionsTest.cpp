@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/field/NoiseField.h"
 #include "curlew/picture/ImageFile.h"
+#include "curlew/vdb/MeshFile.h"
 #include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/VdbFile.h"
 #include "support/ProbeCommand.h"
@@ -37,6 +38,42 @@ TEST_CASE("field and bake actions: unsuitable inputs are errors that say why", "
     folder.mustFail("-noise -bake box=0,0,0,1,1,1 dim=8 -field wrap=repeat", {"-field", "wrap="});
     folder.mustFail("-noise dimensions=2 -slice width=16 -field channel=depth", {"-field", "depth"});
     folder.mustRun("-sphere -bake dim=16 -write ball.vdb"); // a shape has a box
+}
+
+TEST_CASE("field action: meshes, pictures and bakes show the box of the grid by default", "[app][command]") {
+    const Folder folder;
+    // A ball of radius 0.8 about 3, 3, 3.
+    const std::string ball = "-sphere radius=0.8 translate=3,3,3 -bake box=2,2,2,4,4,4 dim=32 name=ball -field ";
+    const auto run = folder.mustRun(ball + "-mesh dim=32 -write ball.obj");
+    CHECK_THAT(run.err, !Catch::ContainsSubstring("warning"));
+    const Mesh mesh = readMesh(folder / "ball.obj");
+    CHECK(topologyOf(mesh).closed());
+    for (const auto& p : mesh.points) REQUIRE((p - openvdb::Vec3s(3)).length() == Approx(0.8).margin(1e-3));
+    // A level set, a density that fills its grid, and one voxel have closed surfaces, too.
+    for (const std::string source :
+         {"-box size=1,1,1 -mesh dim=24 -mesh2ls dim=32 -field -mesh dim=23 ",
+          "-formula 1 -bake box=-0.5,-0.5,-0.5,0.5,0.5,0.5 dim=16 -field -mesh iso=0.5 inside=above dim=32 ",
+          "-formula 1 -bake box=0,0,0,0.01,0.01,0.01 voxel=0.1 -field -mesh iso=0.5 inside=above dim=32 "}) {
+        CHECK_THAT(folder.mustRun(source + "-write closed.obj").err, !Catch::ContainsSubstring("cut off"));
+        CHECK(topologyOf(readMesh(folder / "closed.obj")).closed());
+    }
+    folder.mustRun(ball + "-transform translate=-3,-3,-3 scale=2 -mesh dim=32 -write moved.obj");
+    CHECK(topologyOf(readMesh(folder / "moved.obj")).closed());
+    folder.mustRun(ball + "-check report=ball.json");
+    CHECK(jsonOf(folder / "ball.json")["field_min"].get<double>() < -0.7);
+    folder.mustRun(ball + "-bake dim=32 -write again.vdb");
+    CHECK(readVdb(folder / "again.vdb").at(0)->evalActiveVoxelBoundingBox().dim().x() > 30);
+    folder.mustRun(ball + "-slice width=32 axis=z -write ball.exr");
+    const Image slice = readExr(folder / "ball.exr");
+    CHECK(*std::min_element(slice.pixels.begin(), slice.pixels.end()) < -0.7f); // the middle of the ball
+}
+
+TEST_CASE("bound action: a grid that is not marked as a level set is named as the reason", "[app][command]") {
+    const Folder folder;
+    folder.mustRun("-sphere radius=0.5 -bake dim=32 -write ball.vdb");
+    folder.mustFail("-read ball.vdb -noise -bound", {"-bound", "there is none", "-field -mesh -mesh2ls"});
+    folder.mustFail("-noise -bound", {"-bound", "there is none"});
+    folder.mustRun("-read ball.vdb -field -mesh dim=32 -mesh2ls dim=24 -noise -noise seed=1 -bound -dfvn");
 }
 
 TEST_CASE("field action: the range of a density is known, so it can be a divisor", "[app][command]") {

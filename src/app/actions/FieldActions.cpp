@@ -66,6 +66,22 @@ bool similar(const Arguments& a) {
     return (count == 1 || count == 3) && alike(a.coordinates<3>("scale"));
 }
 
+/// Returns a box that contains another one after it was scaled, turned and moved.
+Box placedBox(const Box& box, const Placement& placement) {
+    Vec3d lower, upper;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double a = box.lower[axis] * placement.scale[axis], b = box.upper[axis] * placement.scale[axis];
+        lower[axis] = std::min(a, b);
+        upper[axis] = std::max(a, b);
+    }
+    if (placement.rotate != Vec3d{}) { // about the origin
+        const double radius = length((lower + upper) * 0.5) + 0.5 * length(upper - lower);
+        lower = Vec3d{{-1, -1, -1}} * radius;
+        upper = Vec3d{{1, 1, 1}} * radius;
+    }
+    return {lower + placement.offset, upper + placement.offset};
+}
+
 void transform(Context& c, const Arguments& a) {
     FieldValue moved{mapped(c, [&](const auto& field) {
         constexpr int kN = std::remove_cvref_t<decltype(field)>::kDimension;
@@ -83,6 +99,14 @@ void transform(Context& c, const Arguments& a) {
                 moved = {put.distance, put};
             },
             *shape);
+    if (const auto& region = c.field("field").sampled) {
+        moved.sampled = region;
+        const Placement placement{
+            .offset = a.coordinates<3>("translate"), .rotate = a.vector("rotate"), .scale = a.coordinates<3>("scale")};
+        moved.sampled->box = placedBox(region->box, placement);
+        moved.sampled->voxel *=
+            std::max({std::abs(placement.scale[0]), std::abs(placement.scale[1]), std::abs(placement.scale[2])});
+    }
     c.give(std::move(moved));
 }
 

@@ -43,7 +43,7 @@ std::vector<Option> viewOptions(const std::vector<Option>& own) {
         choice("axis", {"x", "y", "z"}, "axis perpendicular to the plane", "z"),
         real("position", "", "world units", "position of the plane along that axis (default: the middle of the box)"),
         integer("width", fmt::format("{}", SliceOptions{}.width), 1, 32768, "picture width in pixels"),
-        box("box", "region to show (default: the domain)")};
+        box("box", "region to show (default: the domain of a flow; the box of a shape, padded, or of a grid)")};
     all.insert(all.end(), own.begin(), own.end());
     return all;
 }
@@ -94,7 +94,7 @@ Subject fieldSubject(const Context& c, const Arguments& a) {
     const std::string name = a.given("show") ? a.text("show") : "value";
     if (!among(kOfFields, name))
         throw ValueError(fmt::format("show={} needs a flow; for a field use {}", name, fmt::join(kOfFields, ", ")));
-    const auto box = value.sdf ? boxOf(*value.sdf) : std::nullopt;
+    const auto box = regionOf(value);
     return {.view = viewOf(a, box.value_or(Domain{}.box), box.has_value()),
             .shown = fieldSource(field, name),
             .contoured = fieldSource(field, "value"),

@@ -52,16 +52,37 @@ Mesh heights(const Context& c, const Arguments& a, const ScalarFieldN<2>& field)
     return heightMesh(field, options, c.follow("mesh"));
 }
 
+/// Warns if the surface ends at the sides of the box, which nobody has chosen.
+void warnOfCut(const Context& c, const Mesh& mesh, const IsosurfaceOptions& options) {
+    const Box& box = options.box;
+    const Vec3d size = box.size();
+    const double near = options.voxel > 0 ? options.voxel : std::max({size[0], size[1], size[2]}) / options.dim;
+    const auto cut = std::count_if(mesh.points.begin(), mesh.points.end(), [&](const auto& p) {
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto x = static_cast<double>(p[axis]);
+            if (x < box.lower[axis] + near || x > box.upper[axis] - near) return true;
+        }
+        return false;
+    });
+    if (cut > 0 && !topologyOf(mesh).closed())
+        c.warn(
+            fmt::format("the surface is cut off at the sides of the box {:.4g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}, "
+                        "where {} of its {} points are; give box= to choose the region",
+                        box.lower[0], box.lower[1], box.lower[2], box.upper[0], box.upper[1], box.upper[2], cut,
+                        mesh.points.size()));
+}
+
 Mesh surfaceIn(const Context& c, const Arguments& a, const ScalarField& field) {
     IsosurfaceOptions options = isosurfaceBinding().read(a);
     options.box = Box{}.padded(1);
-    if (a.given("box")) {
+    const FieldValue& value = c.field("field");
+    if (a.given("box"))
         options.box = a.box("box");
-    } else if (const auto& shape = c.field("field").sdf) {
-        if (const Box bounds = inSpace(*shape).bounds; bounds.finite())
-            options.box = bounds.padded(0.1 * length(bounds.size()));
-    }
-    return isosurface(field, options, c.follow("mesh"));
+    else if (const auto region = regionOfSurface(value, options.iso))
+        options.box = *region;
+    Mesh mesh = isosurface(field, options, c.follow("mesh"));
+    if (!a.given("box")) warnOfCut(c, mesh, options);
+    return mesh;
 }
 
 void meshOfField(Context& c, const Arguments& a) {
@@ -79,7 +100,8 @@ void meshOfField(Context& c, const Arguments& a) {
 
 Registry meshActions() {
     std::vector<Option> options = isosurfaceBinding().options();
-    options.push_back(box("box", "region of the surface (default: the box of a shape, padded, else -1,-1,-1,1,1,1)"));
+    options.push_back(
+        box("box", "region of the surface (default: the box of a shape, padded, or of a grid, else -1,-1,-1,1,1,1)"));
     options.push_back(keep());
     return {{.name = "mesh",
              .group = "fields",

@@ -85,6 +85,8 @@ void checkField(const Context& c, const Arguments& a, Json& found) {
             } else if constexpr (kN == 2 || kN == 3) {
                 if (object.sdf)
                     if (const auto& bounds = std::get<SdfN<kN>>(*object.sdf).bounds; bounds.finite()) box = bounds;
+                if constexpr (kN == 3)
+                    if (object.sampled) box = object.sampled->box;
             }
             const FieldDiagnostics check =
                 diagnoseField(field, box, a.integer<size_t>("samples"), c.follow("checking the field"));

@@ -58,22 +58,23 @@ void fieldFromSamples(Context& c, const Arguments& a) {
     if (c.kind("source") != Kind::velocity && a.given("channel"))
         throw ValueError("channel= is for pictures and velocity grids, but the newest input is another grid");
     const auto make = [&](const Grids& grids) { return fieldOfGrid(c, *scalarsOf(grids.front(), a)); };
-    c.give(FieldValue{blendedInTime(c, "source", make, blendFields)});
+    FieldValue value{blendedInTime(c, "source", make, blendFields)};
+    value.sampled = sampledRegionOf(*c.grid("source").grid);
+    c.give(std::move(value));
 }
 
-/// Returns the region to bake: box=, or that of a shape.
-Box regionOf(const Context& c, const Arguments& a) {
+/// Returns the region to bake: box=, or that of a shape or grid.
+Box bakedRegion(const Context& c, const Arguments& a) {
     if (a.given("box")) return a.box("box");
-    if (const auto& shape = c.field("field").sdf) {
-        const Box bounds = inSpace(*shape).bounds;
-        if (bounds.finite()) return bounds.padded(0.1 * length(bounds.size()));
-    }
+    const FieldValue& field = c.field("field");
+    if (const auto region = regionOf(field))
+        return field.sampled ? *region : region->padded(0.1 * length(region->size()));
     throw ValueError("give box=, since a field has no box of its own");
 }
 
 void bake(Context& c, const Arguments& a) {
     const BakeOptions options{
-        .box = regionOf(c, a), .voxel = a.given("voxel") ? a.real("voxel") : 0, .dim = a.integer<int>("dim")};
+        .box = bakedRegion(c, a), .voxel = a.given("voxel") ? a.real("voxel") : 0, .dim = a.integer<int>("dim")};
     const auto grid = bakedGrid(inSpace(c.field("field").field), options, a.text("name"), c.follow("bake"));
     grid->setSaveFloatAsHalf(a.flag("half"));
     grid->setCreator("Curlew");
@@ -122,7 +123,8 @@ Registry sampledActions() {
                              "number of voxels along the longest edge of the box"),
                      instead(positive("voxel", "", "world units", "voxel size (default: from dim=)"), {"dim"}),
                      box("box",
-                         "region to sample, rounded to whole voxels (default: the box of a shape, padded; required for "
+                         "region to sample, rounded to whole voxels (default: the box of a shape, padded, or of a "
+                         "grid; required for "
                          "other fields and for unbounded shapes)"),
                      text("name", "density", "name of the grid"), flag("half", "0", "1: store 16-bit floats")},
          .examples = {"curlew -noise frequency=4 period=4 -bake box=0,0,0,1,1,1 dim=64 -write tile.vdb"},

@@ -14,8 +14,8 @@ using namespace options;
 Surface subjectOf(const Context& c, const Arguments& a) {
     if (a.given("iso")) {
         const FieldValue& value = c.field("field");
-        const auto shape = value.sdf ? boxOf(*value.sdf) : std::nullopt;
-        const Box box = a.given("box") ? a.box("box") : shape.value_or(Domain{}.box);
+        const auto region = value.sampled ? regionOfSurface(value, a.real("iso")) : regionOf(value);
+        const Box box = a.given("box") ? a.box("box") : region.value_or(Domain{}.box);
         return {inSpace(value.field), a.real("iso"), box, !a.flag("sheet")};
     }
     if (c.kind("surface") == Kind::shape) {

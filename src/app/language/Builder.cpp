@@ -110,7 +110,9 @@ std::vector<Link> Builder::newestOf(const Input& input, const Amount& amount, st
     };
     if (input.firstKindFirst) takeOf({input.kinds.front()});
     if (links.empty()) takeOf(input.kinds);
-    if (links.size() < amount.min) throw ValueError(missing(input, amount.min, links.size(), count(input.kinds)));
+    if (links.size() < amount.min)
+        throw ValueError(missing(input, amount.min, links.size(), count(input.kinds),
+                                 count({Kind::grid}) > count({Kind::velocity})));
     return links;
 }
 

@@ -49,11 +49,15 @@ std::string hintFor(const std::vector<Kind>& kinds) {
 
 } // namespace
 
-std::string missing(const Input& input, size_t wanted, size_t found, size_t others) {
+std::string missing(const Input& input, size_t wanted, size_t found, size_t others, bool grids) {
     const std::string what = phraseOf(input.kinds), note = input.help.empty() ? "" : fmt::format(" ({})", input.help);
+    const bool levelSet = std::find(input.kinds.begin(), input.kinds.end(), Kind::levelSet) != input.kinds.end();
     if (wanted == 1 && others == 0)
-        return fmt::format("needs {} for {}={}, but there is none; make one with {}", what, input.name, note,
-                           hintFor(input.kinds));
+        return fmt::format("needs {} for {}={}, but there is none; make one with {}{}", what, input.name, note,
+                           hintFor(input.kinds),
+                           levelSet && grids ? ". There are grids, but their class is not 'level set': -field -mesh "
+                                               "-mesh2ls makes one of the surface where a grid has the value iso="
+                                             : "");
     if (wanted == 1)
         return fmt::format("needs {} for {}={} as well, but there {} only {}; make another with {}", what, input.name,
                            note, others == 1 ? "is" : "are", others == 1 ? "one" : std::to_string(others),

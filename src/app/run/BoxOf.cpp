@@ -84,6 +84,28 @@ struct BoxOfValue {
 
 } // namespace
 
+std::optional<SampledRegion> sampledRegionOf(const openvdb::GridBase& grid) {
+    const auto centres = boxOf(grid);
+    if (!centres) return std::nullopt;
+    const openvdb::Vec3d voxel = grid.voxelSize();
+    const double size = std::max({voxel[0], voxel[1], voxel[2]});
+    const auto* floats = dynamic_cast<const openvdb::FloatGrid*>(&grid);
+    return SampledRegion{centres->padded(size / 2), size,
+                         floats ? static_cast<double>(floats->background()) : std::nan("")};
+}
+
+std::optional<Box> regionOf(const FieldValue& field) {
+    if (field.sdf) return boxOf(*field.sdf);
+    return field.sampled ? std::optional(field.sampled->box) : std::nullopt;
+}
+
+std::optional<Box> regionOfSurface(const FieldValue& field, double iso) {
+    const auto region = regionOf(field);
+    if (!region) return std::nullopt;
+    if (field.sdf) return region->padded(0.1 * length(region->size()));
+    return field.sampled->background == iso ? *region : region->padded(2 * field.sampled->voxel);
+}
+
 std::optional<Box> boxOf(const Value& value) { return std::visit(BoxOfValue{}, value); }
 
 } // namespace curlew::app

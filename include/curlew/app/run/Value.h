@@ -17,13 +17,30 @@
 
 namespace curlew::app {
 
+/// Where the values of a grid determine a field.
+struct SampledRegion {
+    Box box;           ///< Of the active voxels.
+    double voxel;      ///< Their size.
+    double background; ///< The value beyond them, which the field reaches within 2 voxels. NaN: unknown.
+};
+
 struct FieldValue {
     AnyField field;
-    std::optional<AnySdf> sdf = {};    ///< Set if the field is a signed distance.
-    std::optional<AnyWall> wall = {};  ///< Set if the field conforms to a wall.
-    std::optional<AnyField> free = {}; ///< The noise before it was made to conform to the wall.
-    std::string program = {};          ///< The program text that made the field; set after the action has run.
+    std::optional<AnySdf> sdf = {};            ///< Set if the field is a signed distance.
+    std::optional<AnyWall> wall = {};          ///< Set if the field conforms to a wall.
+    std::optional<AnyField> free = {};         ///< The noise before it was made to conform to the wall.
+    std::string program = {};                  ///< The program text that made the field; set after the action has run.
+    std::optional<SampledRegion> sampled = {}; ///< Set if the field is a grid.
 };
+
+/// Returns the region of a field: the box of a shape or of a grid. Nothing if it is everywhere.
+std::optional<Box> regionOf(const FieldValue& field);
+
+/// Returns the region to search for an isosurface of a field: that of a shape, padded, or of a grid. Beyond a grid, the
+/// surface may lie between its values and the background, unless that has the value `iso` itself.
+std::optional<Box> regionOfSurface(const FieldValue& field, double iso);
+
+std::optional<SampledRegion> sampledRegionOf(const openvdb::GridBase& grid);
 
 /// Returns a shape as a field.
 inline FieldValue fieldOfShape(const AnySdf& shape) {
