@@ -17,6 +17,7 @@ std::ifstream openToRead(const std::filesystem::path& path) {
     };
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(path, error);
+    if (path == "-") throw fail("only -read reads the standard input; give a file");
     if (!std::filesystem::exists(status)) throw fail("there is no such file; check the name");
     if (std::filesystem::is_directory(status)) throw fail("it is a folder; give a file in it");
     if (!std::filesystem::is_regular_file(status)) throw fail("it is not a regular file; copy it to one");

@@ -31,7 +31,7 @@ struct PartialDerivative {
     void evalBatch(const PointBatchN<N>& points, JetBatchN<T, N, Order>& jets) const {
         if constexpr (Order >= 3) {
             throw ValueError("the third derivatives of a gradient are not known");
-        } else if constexpr (Order >= 1 && std::is_same_v<T, float>) { // fields have no second derivatives in float
+        } else if constexpr (Order >= 1 && std::is_same_v<T, float>) { // which second derivatives are not known in
             JetBatchN<double, N, Order> exact;
             evalBatch(points, exact);
             for (size_t k = 0; k < jets.c.size(); ++k)

@@ -75,7 +75,7 @@ template <int N>
 template <class T>
 auto SimplexNoise<N>::makeLattice() const -> Lattice<T> {
     Lattice<T> lattice;
-    for (size_t k = 0; k <= N; ++k) {
+    for (size_t k = 0; k < size_t{kCorners}; ++k) {
         const double beside = -mUnskew * static_cast<double>(k);
         lattice.along[k] = static_cast<T>(1 + beside);
         lattice.beside[k] = static_cast<T>(beside);

@@ -102,13 +102,19 @@ TEST_CASE("advice: warns of options that have no effect with the others", "[app]
                ContainsSubstring("tolerance= has no effect without reproject=gauss-newton or reproject=newton"));
     CHECK_THAT(said(kFlow + "-scatter count=5 -trace maxLength=0.1 reproject=none iterations=3 -write a.ply"),
                ContainsSubstring("iterations= has no effect"));
-    const std::string codec = "-write: codec= has no effect without .vdb or .nvdb or .npz";
+    const std::string codec = "-write: codec= has no effect without a .vdb or .nvdb or .npz file";
     const std::string points = "-scatter box=0,0,0,1,1,1 count=10 -write codec=zip ";
     CHECK_THAT(said(points + "a.ply"), ContainsSubstring(codec));
     CHECK_THAT(said(points + "format=ply a.vdb overwrite=1"), ContainsSubstring(codec));
     CHECK_THAT(said(points + "a.vdb"), !ContainsSubstring("warning"));
     CHECK_THAT(said(points + "a.ply a.vdb"), !ContainsSubstring("warning")); // one of the files
     CHECK_THAT(said(points + "format=vdb a"), !ContainsSubstring("warning"));
+    CHECK_THAT(said(points + "A.VDB"), !ContainsSubstring("warning"));
+    for (const std::string option : {"legend=0", "range=0,1"})
+        CHECK_THAT(said("-noise -slice width=16 -write a.exr " + option),
+                   ContainsSubstring("has no effect without a .png"));
+    CHECK_THAT(said("-noise -slice width=16 -write a.png half=1"), ContainsSubstring("half= has no effect"));
+    CHECK_THAT(said("-noise -slice width=16 -write a.exr half=1"), !ContainsSubstring("warning"));
     CHECK_THAT(said("-frames 1-2 -sphere -emit rate=10 spread=0.5 speed=1 -write a.##.csv"),
                ContainsSubstring("-emit: spread= has no effect without life=") &&
                    ContainsSubstring("-emit: speed= has no effect without on=surface"));

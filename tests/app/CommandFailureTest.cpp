@@ -278,13 +278,14 @@ TEST_CASE("command: pipes and devices are written in place and link targets are 
     folder.mustRun("-noise -slice width=8 -write link.png");
     CHECK(fs::is_symlink(folder / "link.png"));
     CHECK(test::bytesOf(folder / "target.png").substr(0, 4) == "\x89PNG");
-    for (const std::string name : {"/dev/stdout", "-"}) {
-        const auto report =
-            folder.shell("curlew -noise -noise seed=1 -dfvn box=0,0,0,1,1,1 -scatter count=10 -advect -report " + name +
-                         " 2>log | cat");
-        CHECK(report.status == 0);
-        CHECK_THAT(report.out, Catch::StartsWith("{") && Catch::EndsWith("}\n"));
-        CHECK_THAT(test::bytesOf(folder / "log"), Catch::ContainsSubstring("advect: "));
+    // What -print prints moves to the standard error stream.
+    for (const std::string action : {"-report /dev/stdout", "-report -", "-check samples=100 report=-"}) {
+        const auto run =
+            folder.shell("curlew -noise -noise seed=1 -dfvn box=0,0,0,1,1,1 -print " + action + " 2>log | cat");
+        CAPTURE(action);
+        CHECK(run.status == 0);
+        CHECK_THAT(run.out, Catch::StartsWith("{") && Catch::EndsWith("}\n"));
+        CHECK_THAT(test::bytesOf(folder / "log"), Catch::ContainsSubstring("flow 0: "));
     }
     CHECK_FALSE(fs::exists(folder / "-"));
     CHECK(

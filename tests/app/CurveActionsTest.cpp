@@ -66,12 +66,12 @@ TEST_CASE("trace action: options take effect", "[app][command]") {
         folder.mustRun(seed + "-trace " + options + " -write a.csv");
         return tableOf(folder / "a.csv");
     };
-    const Table few = rows("step=0.1 maxLength=0.35 turn=90 direction=both");
+    const Table few = rows("step=0.1 maxLength=0.35 turn=90 integrate=both");
     REQUIRE(few.rows.size() == 9);
     CHECK(few.rows.front().back() == Approx(-0.35));
     CHECK(few.rows[4].back() == 0);
     CHECK(few.rows[5].back() == Approx(0.1));
-    CHECK(rows("step=0.1 maxLength=0.35 turn=90 direction=backward").rows.front().back() == Approx(-0.35));
+    CHECK(rows("step=0.1 maxLength=0.35 turn=90 integrate=backward").rows.front().back() == Approx(-0.35));
     CHECK(rows("step=0.1 vertices=3 turn=90").rows.size() == 3);
     const Table time = rows("unit=time step=0.01 maxLength=0.05 turn=90");
     CHECK(time.header.substr(time.header.rfind(',')) == ",time");
@@ -118,7 +118,7 @@ TEST_CASE("trace action: bytes do not depend on the number of threads", "[app][c
     const Folder folder;
     for (const std::string threads : {"1", "2"})
         folder.mustRun("-threads " + threads + " " + kFlow +
-                       "-scatter count=100 -trace direction=both maxLength=3 -write " + threads + ".csv " + threads +
+                       "-scatter count=100 -trace integrate=both maxLength=3 -write " + threads + ".csv " + threads +
                        ".vdb");
     CHECK((bytesOf(folder / "1.csv") == bytesOf(folder / "2.csv")));
     CHECK((bytesOf(folder / "1.vdb") == bytesOf(folder / "2.vdb")));

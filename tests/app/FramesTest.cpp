@@ -166,6 +166,9 @@ TEST_CASE("frames: an error names its frame and a second block of frames is refu
                ContainsSubstring("missing/too/a.1.png"));
     CHECK_THAT(scenes.complaint("noise\nresume"), ContainsSubstring("-frames"));
     CHECK_THAT(scenes.complaint("resume\nframes 1-2\nnoise"), ContainsSubstring("checkpoint="));
+    for (const std::string name : {"-", "/dev/null"})
+        CHECK_THAT(scenes.complaint("frames 1-2 checkpoint=" + name + "\nnoise\nslice"),
+                   ContainsSubstring("checkpoint=" + name + " must be a file"));
 }
 
 TEST_CASE("frames: frames that carry state cannot be split into parts", "[app]") {

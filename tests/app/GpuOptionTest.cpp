@@ -61,8 +61,8 @@ TEST_CASE("device: actions compute on a GPU what they compute on the processor",
     onGpu("velocity", masked + "device=gpu -flow -slice width=40 -write n.exr");
     CHECK(differenceOf(readExr(folder / "m.exr"), readExr(folder / "n.exr")).largest < 1e-4);
 
-    folder.mustRun(kFlow + "-lic width=100 show=none outline=0 -write c.exr");
-    onGpu("lic", kFlow + "-lic width=100 show=none outline=0 device=gpu -write d.exr");
+    folder.mustRun(kFlow + "-lic width=100 show=none drawWall=0 -write c.exr");
+    onGpu("lic", kFlow + "-lic width=100 show=none drawWall=0 device=gpu -write d.exr");
     CHECK(differenceOf(readExr(folder / "c.exr"), readExr(folder / "d.exr")).rms < 2e-3);
 
     folder.mustRun(kPlane + "-warp pattern=waves width=100 duration=0.1 -write e.exr");

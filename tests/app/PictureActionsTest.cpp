@@ -117,7 +117,7 @@ TEST_CASE("slice action: draws contours and arrows", "[app][command]") {
 TEST_CASE("lic action: draws streaks with and without colour and with the wall", "[app][command]") {
     const Folder folder;
     const std::string flow = "-sphere -noise -noise seed=1 -bound -dfvn ";
-    folder.mustRun(flow + "-lic width=80 show=none outline=0 -write a.exr -lic width=80 -write b.exr");
+    folder.mustRun(flow + "-lic width=80 show=none drawWall=0 -write a.exr -lic width=80 -write b.exr");
     const Image gray = readExr(folder / "a.exr"), colored = readExr(folder / "b.exr");
     CHECK(gray.channels == std::vector<std::string>{"lic"});
     CHECK(std::isnan(gray.at(0, 0)));

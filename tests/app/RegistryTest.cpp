@@ -201,10 +201,9 @@ TEST_CASE("registry: all current and former names within an action are different
 }
 
 TEST_CASE("registry: an option name has one type and one unit in all actions", "[app]") {
-    // The direction of a trace is a word. The outline of a wall is drawn or not in a plane, but has a brightness in
-    // perspective. A jittered lattice is measured in its spacings, a fade between fields in their unit.
-    const std::set<std::string> exceptions{"trace direction", "lic outline",   "jitter frequency", "jitter layer",
-                                           "jitter amount",   "min smoothing", "max smoothing",    "noise amplitude"};
+    // A jittered lattice is measured in its spacings, a fade between fields in their unit.
+    const std::set<std::string> exceptions{"jitter frequency", "jitter layer",  "jitter amount",
+                                           "min smoothing",    "max smoothing", "noise amplitude"};
     const auto typeOf = [](const Option& option) {
         return option.type == OptionType::length        ? OptionType::real
                : option.type == OptionType::coordinates ? OptionType::vector

@@ -169,13 +169,6 @@ TEST_CASE("Session: provided objects take precedence over files", "[app]") {
     CHECK(moving.session.report["advect"]["outside"] == 0);
 }
 
-TEST_CASE("Session: seconds increases", "[app]") {
-    Scenes scenes;
-    const double seconds = scenes.session.seconds();
-    CHECK(seconds >= 0);
-    CHECK(scenes.session.seconds() >= seconds);
-}
-
 // --- caching of values by content
 
 TEST_CASE("Session: running the same program again evaluates no value", "[app]") {

@@ -378,7 +378,7 @@ class Frames(Live):
         wind = build.add("uniform")
         keyed(wind, "o_velocity", ((1, (0, 0, 0)), (11, (1, 2, 4))))
         trace = build.add("trace")
-        keyed(trace, "o_direction", ((1, "forward"), (11, "both")))
+        keyed(trace, "o_integrate", ((1, "forward"), (11, "both")))
         bound = build.add("bound")
         keyed(bound, "o_separate", ((1, False), (11, True)))
         build.tree.nodes.remove(build.add("noise"))
@@ -386,11 +386,11 @@ class Frames(Live):
         keyed(gone, "o_frequency", ((1, 1), (2, 2)))
         build.tree.nodes.remove(gone)
         self.scene.frame_set(1)
-        self.assertEqual((noise.o_octaves, trace.o_direction, bound.o_separate), (1, "forward", False))
+        self.assertEqual((noise.o_octaves, trace.o_integrate, bound.o_separate), (1, "forward", False))
         self.scene.frame_set(6)
         self.assertEqual((noise.o_octaves, list(wind.o_velocity)), (3, [0.5, 1, 2]))
         self.scene.frame_set(11)
-        self.assertEqual((noise.o_octaves, trace.o_direction, bound.o_separate), (5, "both", True))
+        self.assertEqual((noise.o_octaves, trace.o_integrate, bound.o_separate), (5, "both", True))
         self.assertEqual(wind.given()["velocity"], "1,2,4")
 
     def test_a_sequence_has_keyframes_too(self):
@@ -420,11 +420,11 @@ class Frames(Live):
             self.assertLess(np.abs(still - seen[frame - 1]).max(), 1e-6)  # the slopes have 7 digits
         trace = build.add("trace", wind, node.inputs[0].links[0].from_node, maxLength=1)
         build.add("CurlewCurvesResult", trace)
-        keyed(trace, "o_direction", ((1, "forward"), (5, "both")))
+        keyed(trace, "o_integrate", ((1, "forward"), (5, "both")))
         build.tree.sequence = True
         with self.assertRaises(RuntimeError) as raised:
             bpy.ops.curlew.bake(tree=build.tree.name)
-        self.assertIn("'direction' changes during the sequence", str(raised.exception))
+        self.assertIn("'integrate' changes during the sequence", str(raised.exception))
         self.assertTrue(trace.error)
 
     def test_a_sequence_wins(self):

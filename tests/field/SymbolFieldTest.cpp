@@ -103,6 +103,7 @@ TEST_CASE("Symbols: recorded transforms compute their values and gradients", "[f
     checkRecorded("tiling", noiseField<Psrd3>({.period = {{3, 4, 5}}}, {.octaves = 2}), 8);
     checkRecorded("tiling and warped", noiseField<SineNoise<3>>({.period = {{3, 4, 5}}}, {.octaves = 2, .warp = 0.05}));
     checkRecorded("Perlin's grid", noiseField<Psrd3>({.grid = PsrdOptions::Grid::perlin}));
+    checkRecorded("corners in 6D", noiseField<SimplexNoise<6>>({.kernel = SimplexKernel::corners}));
     checkRecorded("published simplex", noiseField<SimplexNoise<3>>({.kernel = SimplexKernel::published}));
 }
 

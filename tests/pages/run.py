@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs the code of a page in a new folder, as a reader would: run.py PAGE COMMAND [LIBRARY].
 
-Runs each command in its shell blocks that begins with curlew, or with one of OpenVDB's tools if that tool is installed. If a
+Runs each command in its shell blocks that begins with curlew, also behind a pipe, or with python3 -c, or with one of OpenVDB's tools if that tool is installed. If a
 library is given, also runs the Python blocks as one script, except those that need Blender (see tests/blender/pages_test.py).
 Commands run with fewer points, voxels and pixels than on the page (LIMITS), because their work grows with them. Each line of a text block must be part of a line that one of these programs prints; a line of ... stands for others.
 """
@@ -15,6 +15,12 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+
+# What the Python code of README takes for granted: the arrays of a mesh, an octahedron.
+GIVEN = """import numpy
+points = numpy.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
+faces = numpy.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
+"""
 
 LIMITS = {"count": 300, "rate": 500, "dim": 64, "width": 100, "height": 100, "smooth": 0, "duration": 0.3}
 # Actions that are always given a size, the option, its limit, and the options that determine the size as well.
@@ -30,8 +36,10 @@ def commands(text):
     """Yields each command in the page's shell blocks, including its continuation lines."""
     for block in blocks(text, "sh"):
         for command in re.findall(r"(?:.*\\\n)*.*\n", block):
-            if command.startswith("curlew "):
+            if re.match(r"(?:\w+ [^|]*\| )?curlew ", command):
                 yield command
+            elif command.startswith("python3 -c "):
+                yield "/usr/bin/" + command  # Debian's, which has NumPy
             elif command.startswith(("vdb_render ", "vdb_print ")):
                 if shutil.which(command.split()[0]):
                     yield command
@@ -76,15 +84,16 @@ def main(page, curlew, library=None):
         (Path(folder) / "scenes").symlink_to(ROOT / "scenes")
         environment = {**os.environ, "PATH": f"{Path(curlew).resolve().parent}:{os.environ['PATH']}"}
         program, printed = script(text), []
-        if library and program:
+        if library:
             environment.update(CURLEW_LIBRARY=library, PYTHONPATH=str(ROOT / "plugin/python"), PYTHONDONTWRITEBYTECODE="1")
-            run = subprocess.run(["/usr/bin/python3", "-c", program], cwd=folder, env=environment, capture_output=True, text=True)
+        if library and program:
+            run = subprocess.run(["/usr/bin/python3", "-c", (GIVEN if Path(page).name == "README.md" else "") + program], cwd=folder, env=environment, capture_output=True, text=True)
             if run.returncode != 0:
                 return f"the Python of {page} ended with {run.returncode}:\n{run.stderr}"
             print(run.stdout, end="")
             printed += (run.stdout + run.stderr).splitlines()
         for command in found:
-            run = subprocess.run(["bash", "-c", reduced(command)], cwd=folder, env=environment, capture_output=True, text=True)
+            run = subprocess.run(["bash", "-o", "pipefail", "-c", reduced(command)], cwd=folder, env=environment, capture_output=True, text=True)
             if run.returncode != 0:
                 return f"{reduced(command)}ended with {run.returncode}:\n{run.stderr}"
             print(reduced(command).splitlines()[0], *(line for line in run.stderr.splitlines() if "warning" in line), sep="\n    ")

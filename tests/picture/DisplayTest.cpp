@@ -43,11 +43,3 @@ TEST_CASE("displayed: vector components map to red and green and blue around the
     CHECK_FALSE(isVector(filledImage(1, 1, {"R", "G", "B"})));
     CHECK_FALSE(isVector(filledImage(1, 1, {"a.x", "a.y"})));
 }
-
-TEST_CASE("plainPicture: has one colour everywhere", "[picture]") {
-    const Image picture = plainPicture(3, 2, {{0.25f, 0.5f, 2}});
-    CHECK(picture.channels == std::vector<std::string>{"R", "G", "B"});
-    for (int y = 0; y < 2; ++y)
-        for (int x = 0; x < 3; ++x)
-            CHECK((picture.at(x, y, 0) == 0.25f && picture.at(x, y, 1) == 0.5f && picture.at(x, y, 2) == 2));
-}

@@ -20,13 +20,3 @@ TEST_CASE("HostProfile: points keep their velocity under the attribute name of e
         CHECK(read.vy[0] == 5);
     }
 }
-
-TEST_CASE("HostProfile: every host has names for velocities and a source", "[vdb]") {
-    for (const HostProfile& host : kHostProfiles) {
-        CAPTURE(host.name);
-        CHECK(!host.pointVelocity.empty());
-        CHECK(!host.gridVelocity.empty());
-        CHECK(!host.source.empty());
-        CHECK(host.unitsPerMetre > 0);
-    }
-}

@@ -85,7 +85,7 @@ def file(config, name, source):
 def made_live():
     """Runs the command of docs/shaders.md and returns the page that it writes."""
     text = (ROOT / "docs/shaders.md").read_text(encoding="utf-8")
-    words = shlex.split(re.search(rf"^```\ncurlew ([^`]*-write {LIVE})\n```$", text, flags=re.M)[1].replace("\\\n", " "))
+    words = shlex.split(re.search(rf"^```sh\ncurlew ([^`]*-write {LIVE})\n```$", text, flags=re.M)[1].replace("\\\n", " "))
     made = Path(scratch.name) / LIVE
     subprocess.run([COMMAND, "-quiet", *words[:-1], made], cwd=ROOT, check=True)
     return made

@@ -122,14 +122,14 @@ class SimplexNoise {
     void addContribution(Jet<T, N, Order>& sum, const Rebind<T, uint64_t>& index, const Vec<T, N>& d) const {
         addRadialKernel(sum, mPower, static_cast<T>(mRadius2), gradient<T>(index), d);
     }
-    /// Sums over the N + 1 corners of the simplex. For N <= 5, no other vertex is within reach.
+    /// Sums over the N + 1 corners of the simplex. N <= 5, where kernels with r² = 1/2 reach no other vertex.
     template <int Order, class T>
     Jet<T, N, Order> sumOfCorners(const Cell<Rebind<T, double>>& cell) const;
     /// Sums over the vertices within reach: all of them, or only the corners. N >= 6.
     template <int Order, class T>
     Jet<T, N, Order> sumOfVertices(const Cell<Rebind<T, double>>& cell) const;
 
-    static constexpr int kNear = N <= 5 ? 0 : NearVertex<N>::kCount;
+    static constexpr int kNear = N <= 5 ? 0 : NearVertex<N>::kCount, kCorners = kNear > 0 ? 0 : N + 1;
     /// Returns a bit mask of the near vertices to sum: those within reach of a position, or only the corners among
     /// them. It may include some that are just beyond.
     template <class P>
@@ -139,7 +139,7 @@ class SimplexNoise {
     template <class T>
     struct Lattice {
         /// The coordinates of corner k: `along` the axes of rank below k, and `beside` them.
-        std::array<T, N + 1> along, beside;
+        std::array<T, kCorners> along, beside;
         /// One row per near vertex: corner, step, sign, shift. The last row is out of reach of every position.
         std::array<Row<T>, kNear + 1> near;
     };
@@ -261,8 +261,7 @@ auto SimplexNoise<N>::verticesInReach(const Cell<P>& cell) const -> std::array<u
         const F w = mulAdd(F(2), mulAdd(sum, F(mTilts[k]), product), reach - F(mSquares[k]));
         bits += select(w <= F(0), Bits(0), Bits(uint32_t{1} << k)); // NaN counts as within reach
     });
-    constexpr uint32_t kCorners = 0x11111111; // one of four
-    if (mCornersOnly) bits = bits & Bits(kCorners);
+    if (mCornersOnly) bits = bits & Bits(0x11111111); // one of four
     std::array<uint32_t, size_t{kLanes<P>}> inReach;
     store(bits, inReach.data());
     return inReach;

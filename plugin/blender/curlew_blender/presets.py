@@ -91,7 +91,7 @@ PRESETS: Dict[str, Preset] = {
         bound side=outside layer=@0.3@
         dfvn speed=@1@ padding=@0.35@
         scatter count=150 seed=4
-        trace direction=both maxLength=@2@
+        trace integrate=both maxLength=@2@
         write curves.obj
         """,
         thickness=0.003,

@@ -129,9 +129,10 @@ void reportAdvect(Context& c, const Flow& flow, const AdvectResult& result, cons
         result.freezing > 0 ? fmt::format("; flow held constant in {} intervals, which costs about {:.1e} on average",
                                           result.moments, result.freezing)
                             : "";
-    const std::string error = estimated ? fmt::format("; estimated error {:.1e} on average, {:.1e} at most",
-                                                      result.errorMean, result.errorMax)
-                                        : "";
+    const std::string error =
+        estimated ? fmt::format("; estimated error, summed over the steps: {:.1e} on average, {:.1e} at most",
+                                result.errorMean, result.errorMax)
+                  : "";
     c.info(fmt::format(
         "advect: {} points, {:.4g} steps each{}{}; {:.3g} corrections per step, {}, {} steps repeated, {} "
         "points not converged, {} on the wrong side of the wall{}",

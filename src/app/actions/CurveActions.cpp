@@ -43,7 +43,8 @@ const Binding<TraceOptions>& traceBinding() {
                          "(default: with unit=time 1e-6 of the diagonal of the flow's box, otherwise unlimited)"),
                 [](auto& o) -> auto& { return o.accuracy; })
             .add(
-                choice("direction", kDirectionNames, "direction in which to trace: with the flow, against it, or both"),
+                formerly({"direction"}, choice("integrate", kDirectionNames,
+                                               "direction in which to trace: with the flow, against it, or both")),
                 [](auto& o) -> auto& { return o.direction; })
             .add(
                 notNegative("stagnation", "", "", "speed at which a streamline ends, relative to the rms speed"),

@@ -65,8 +65,8 @@ std::vector<Option> paceOptions(std::vector<Option> own = {}) {
     own.push_back(
         formerly({"normalize"},
                  flag("uniformSpeed", "0",
-                      "1: scale the velocity to the same speed everywhere; the flow keeps its tracks but is no longer "
-                      "divergence-free")));
+                      "1: scale the velocity to the same speed everywhere; streamlines keep their shape, but the flow "
+                      "is no longer divergence-free")));
     own.push_back(box("box",
                       "domain of the flow (default: the box of the wall or surface, padded unless the flow is inside "
                       "the wall; without one -1,-1,-1,1,1,1)"));
@@ -291,7 +291,8 @@ Registry potentialActions() {
     return {
         {.name = "dfvn",
          .group = kFlowGroup,
-         .summary = "divergence-free vector noise (DFVN): flow grad f x grad g of the newest two fields; in nD, n - 1",
+         .summary = "divergence-free vector noise (DFVN): flow grad f x grad g of the newest two fields (in n "
+                    "dimensions: of the newest n - 1)",
          .takes = {potentialInput("f", 0, 1, ""), potentialInput("g", 1, 2, "not used in 2 dimensions"),
                    potentialInput("more", 2, 6, "a flow in n dimensions takes n - 1 fields of n dimensions")},
          .makes = {made("flow", {Kind::flow})},
@@ -316,9 +317,11 @@ Registry potentialActions() {
          .takes = {taken("noise", {Kind::noise}), stays("surface", {Kind::shape, Kind::levelSet})},
          .makes = {made("flow", {Kind::flow})},
          .options = paceOptions(
-             {formerly({"reach"}, positive("extent", "", "world units",
-                                           "distance from the surface to which the flow extends; around a level set it "
-                                           "fades out towards it (default: 6 % of the diagonal of its box)")),
+             {formerly(
+                  {"reach"},
+                  positive("extent", "", "world units",
+                           "distance from the surface to which the flow extends; around a level set, "
+                           "the flow fades to zero towards that distance (default: 6 % of the diagonal of its box)")),
               keep()}),
          .examples = {"curlew -torus -noise frequency=3 -surface speed=1 -velocity voxel=0.02 -write skin.vdb"},
          .evaluation = Evaluation::anyTime,

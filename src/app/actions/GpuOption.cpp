@@ -100,10 +100,12 @@ void requireProcessor(const Context& c, const Arguments& a) {
 bool asksForGpu(const Arguments& a) { return deviceOf(a) == Device::gpu; }
 
 Option deviceOption() {
-    return choice("device", {"cpu", "gpu", "auto"},
-                  "where to compute; gpu: on a GPU (Vulkan), in float: velocities are off by up to 5e-5 of their rms, "
-                  "which differs between GPUs; cpu: on the processor, with the same bytes everywhere; auto: on a GPU "
-                  "if there is one and it can");
+    return choice(
+        "device", {"cpu", "gpu", "auto"},
+        "where to compute; gpu: on a GPU (Vulkan), in float: velocities differ from the processor's by up to 5e-5 "
+        "of their rms, and from those of other GPUs; cpu: on the processor, with the same bytes everywhere; auto: on a "
+        "GPU "
+        "if there is one and it can");
 }
 
 #ifdef CURLEW_GPU

@@ -145,10 +145,10 @@ Action sliceDeclaration() {
                     "the gradient as colours"),
              vector("direction", "1,1,1", "", "direction of the component that show=along shows"),
              choice("map", maps, "colour map of a scalar quantity"),
-             integer(
-                 "contours", "0", 0, 1000,
-                 "number of contour lines (iso-lines) of the scalar that is shown; where that is a component, a vector "
-                 "or a length, of the field or of f instead. With contours, the image holds colours, not values"),
+             integer("contours", "0", 0, 1000,
+                     "number of contour lines (iso-lines) of the scalar that is shown; if show= is a component, a "
+                     "vector or "
+                     "a length, of the field, or of f of a flow. With contours, the image holds colours, not values"),
              integer("arrows", "0", 0, 1000,
                      "number of arrows per row, which show the velocity or the gradient in the plane; the longest "
                      "fills its cell")}),
@@ -182,7 +182,7 @@ void licAction(Context& c, const Arguments& a) {
         scale.lower -= 0.25f * scale.upper; // the darkest colours would hide the streaks
         picture = litBy(picture, displayed(speed, scale));
     }
-    if (a.flag("outline") && flow.domain().wall) {
+    if (a.flag("drawWall") && flow.domain().wall) {
         picture = displayed(picture, {.map = ColorMap::gray});
         drawLines(picture, isoLines(sampled(view, wallSource(flow.domain()), monitor), std::array{0.0}),
                   {.opacity = 0.9f, .width = std::max(1.5, picture.width / 500.0)});
@@ -204,7 +204,7 @@ Action licDeclaration() {
              positive("grain", "", "pixels", "grain size of the noise (default: 1.25, more in wide pictures)"),
              integer("seed", "0", 0, 0x1p53 - 1, "random seed of the noise"),
              formerly({"color"}, choice("show", {"speed", "none"}, "quantity that the colour of the streaks shows")),
-             flag("outline", "1", "1: draw the outline of the wall"), deviceOption()}),
+             formerly({"outline"}, flag("drawWall", "1", "1: draw the outline of the wall")), deviceOption()}),
         .examples = {"curlew -sphere -noise frequency=2 -noise frequency=2 seed=1 -bound -dfvn -lic -write lic.png",
                      "curlew -noise dimensions=2 frequency=2 -dfvn -lic show=none -write lic.png"},
         .run = licAction};

@@ -320,12 +320,13 @@ Registry reportActions() {
                     "of the Jacobian, and its order how fast it falls with the step; divergence_grid the rms of a "
                     "grid's divergence times voxel / rms speed, and divergence_grid_overall also at the edge of its "
                     "active voxels; wall_flux the largest velocity through the wall relative to the rms speed; "
-                    "penetration_max how far the deepest point is inside the wall, negative if none is.",
+                    "outside the number of points on the wrong side of the wall; penetration_max how far "
+                    "the deepest point is beyond the wall, negative if all are on the right side.",
          .takes = {flowOrField(), maybe(stays("velocity", {Kind::velocity}), "also checked if there is one"),
                    maybe(stays("points", {Kind::points}), "also checked if there are any"),
                    maybe(stays("curves", {Kind::curves}), "also checked if there are any and the flow is steady")},
          .makes = {made("report", {Kind::report})},
-         .options = {text("report", "", ".json file to write the figures to"),
+         .options = {text("report", "", ".json file to write the figures to; -: standard output"),
                      integer("samples", "100000", 1, 1e9, "number of sample points in the flow or field"),
                      box("box", "region in which a field is measured (default: -1,-1,-1,1,1,1, or its own box)"),
                      integer("tracks", "0", 0, 1e7,
@@ -352,7 +353,8 @@ Registry reportActions() {
         expectDeclaration(),
         {.name = "report",
          .group = kReportGroup,
-         .summary = "write the report as .json: what has been done so far, with times and measurements",
+         .summary =
+             "write the report as .json (-: standard output): what has been done so far, with times and measurements",
          .makes = {made("file", {Kind::file})},
          .positional = {"FILE.json", 1, 1},
          .examples = {"curlew -config scenes/demo.txt -report run.json"},

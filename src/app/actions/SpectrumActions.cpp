@@ -78,8 +78,9 @@ Registry spectrumActions() {
     options.push_back(interval("fit", "1 / world unit",
                                "range of wave numbers in which the slope is measured (default: from the peak of the "
                                "energy to half of the grid's Nyquist wave number)"));
-    options.push_back(
-        text("plot", "", ".svg file for a plot of the energy against the wave number, with Kolmogorov's slope"));
+    options.push_back(text(
+        "plot", "",
+        ".svg file for a plot of the energy against the wave number, with Kolmogorov's slope; -: standard output"));
     options.push_back(text("title", "", "title above the plot"));
     options.push_back(text("name", "spectrum", "name of the figures in the report"));
     return {{.name = "spectrum",

@@ -21,7 +21,8 @@ const Binding<BoundOptions>& boundBinding() {
         Binding<BoundOptions>()
             .add(
                 flag("separate", "",
-                     "1: shift the noise so that the field has no value on both sides of the wall; the flow in the "
+                     "1: shift the noise so that no value of the field occurs on both sides of the wall; the flow in "
+                     "the "
                      "layer is then faster than beyond it"),
                 [](auto& o) -> auto& { return o.separate; })
             .addOptional(

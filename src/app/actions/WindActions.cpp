@@ -19,8 +19,8 @@ const Binding<WindOptions>& windBinding() {
                 [](auto& o) -> auto& { return o.speed; })
             .addOptional(
                 notNegative("gusts", "", "",
-                            "rms speed of the newest noise far away, relative to the wind (default: no noise; 0.3 if "
-                            "one is linked)"),
+                            "rms speed of the newest noise far away, relative to the wind (default: 0, which "
+                            "uses no noise; 0.3 with noise=NAME)"),
                 [](auto& o) -> auto& { return o.gusts; })
             .addOptional(
                 notNegative("padding", "", "world units",

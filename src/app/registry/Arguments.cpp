@@ -303,7 +303,9 @@ std::vector<std::string> Arguments::withoutEffect() const {
     std::vector<std::string> all;
     for (const Option& o : mAction->options)
         if (given(o.name) && !o.onlyWith.empty() && std::none_of(o.onlyWith.begin(), o.onlyWith.end(), holds))
-            all.push_back(fmt::format("{}= has no effect without {}", o.name, join(o.onlyWith, " or ")));
+            all.push_back(fmt::format("{}= has no effect without {}", o.name,
+                                      o.onlyWith.front().front() == '.' ? "a " + join(o.onlyWith, " or ") + " file"
+                                                                        : join(o.onlyWith, " or ")));
     return all;
 }
 

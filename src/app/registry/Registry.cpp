@@ -154,12 +154,14 @@ std::string helpSearch(const Registry& registry, const std::string& word) {
                 mentions(join(o.choices, " "), word))
                 lines += fmt::format("    {}=\n{}\n", o.name, wrapped(describe(o), 8, 100));
         }
+        for (const auto& example : action.examples)
+            if (mentions(example, word)) lines += fmt::format("    {}\n", example);
         if (!lines.empty() || mentions(action.name, word) || mentions(action.summary, word) ||
             mentions(action.details, word))
             text += fmt::format("-{:<12} {}\n{}", action.name, action.summary, lines);
     }
     if (text.empty())
-        throw ValueError(fmt::format("no action or option mentions '{}'{}", word, didYouMean(word, names)));
+        throw ValueError(fmt::format("no action, option or example mentions '{}'{}", word, didYouMean(word, names)));
     return text;
 }
 
@@ -170,8 +172,8 @@ std::string helpFor(const Action& action) {
     text += fmt::format("\n  {}\n", action.summary);
     if (!action.shortName.empty()) text += fmt::format("  short: -{}\n", action.shortName);
     if (!action.details.empty()) text += wrapped(action.details, 2, 100) + "\n";
-    if (!action.takes.empty()) text += fmt::format("  takes: {}\n", inputsOf(action));
-    if (!action.makes.empty()) text += fmt::format("  makes: {}\n", outputsOf(action));
+    if (!action.takes.empty()) text += wrapped("takes: " + inputsOf(action), 2, 100) + "\n";
+    if (!action.makes.empty()) text += wrapped("makes: " + outputsOf(action), 2, 100) + "\n";
     if (!action.options.empty()) text += "\n";
     for (const auto& o : action.options)
         text += fmt::format("  {}={}\n{}\n", o.name, typeName(o), wrapped(describe(o), 6, 100));

@@ -2,6 +2,7 @@
 #include "Evaluator.h"
 #include "curlew/app/registry/InContext.h"
 #include "curlew/base/AtomicFile.h"
+#include "curlew/base/LocalFile.h"
 
 #include <algorithm>
 
@@ -17,6 +18,8 @@ void Evaluator::prepareFrames() const {
         throw ValueError(
             "checkpoint= cannot be combined with points in several parts; make one part at a time, as with "
             "part=3/500, each with a checkpoint of its own");
+    if (isStream(mPlan->checkpoint))
+        throw ValueError(fmt::format("checkpoint={} must be a file, since -resume reads it", mPlan->checkpoint));
     if (!mPlan->checkpoint.empty()) checkWritable(mPlan->checkpoint);
     if (mGraph.resume && mPlan->checkpoint.empty())
         throw ValueError("-resume needs the checkpoint of an earlier run; give checkpoint=FILE in both runs");

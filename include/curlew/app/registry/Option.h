@@ -37,7 +37,7 @@ struct Option {
     std::vector<std::string> instead = {};
     /// Conditions, of which one must hold for this option to have an effect: "iso=", another option that must be given;
     /// "method=curl", one that must have this value, given or by default; or ".vdb", a file with this extension among
-    /// the words, or of this format=. If none holds, giving the option is a warning.
+    /// the words, or this format=. If none holds, giving the option is a warning.
     std::vector<std::string> onlyWith = {};
     /// Values, possibly expressions, that this option implies for others that are not given.
     std::map<std::string, std::string> implied = {};
