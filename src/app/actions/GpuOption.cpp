@@ -104,8 +104,7 @@ Option deviceOption() {
         "device", {"cpu", "gpu", "auto"},
         "where to compute; gpu: on a GPU (Vulkan), in float: velocities differ from the processor's by up to 5e-5 "
         "of their rms, and from those of other GPUs; cpu: on the processor, with the same bytes everywhere; auto: on a "
-        "GPU "
-        "if there is one and it can");
+        "GPU if there is one and it can");
 }
 
 #ifdef CURLEW_GPU

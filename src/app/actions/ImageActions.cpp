@@ -147,8 +147,8 @@ Action sliceDeclaration() {
              choice("map", maps, "colour map of a scalar quantity"),
              integer("contours", "0", 0, 1000,
                      "number of contour lines (iso-lines) of the scalar that is shown; if show= is a component, a "
-                     "vector or "
-                     "a length, of the field, or of f of a flow. With contours, the image holds colours, not values"),
+                     "vector or a length, of the field, or of f of a flow. With contours, the image holds colours, not "
+                     "values"),
              integer("arrows", "0", 0, 1000,
                      "number of arrows per row, which show the velocity or the gradient in the plane; the longest "
                      "fills its cell")}),

@@ -67,8 +67,8 @@ void fieldFromSamples(Context& c, const Arguments& a) {
 Box bakedRegion(const Context& c, const Arguments& a) {
     if (a.given("box")) return a.box("box");
     const FieldValue& field = c.field("field");
-    if (const auto region = regionOf(field))
-        return field.sampled ? *region : region->padded(0.1 * length(region->size()));
+    if (field.sampled) return field.sampled->box;
+    if (const auto region = regionOfSurface(field, 0)) return *region;
     throw ValueError("give box=, since a field has no box of its own");
 }
 
@@ -124,8 +124,7 @@ Registry sampledActions() {
                      instead(positive("voxel", "", "world units", "voxel size (default: from dim=)"), {"dim"}),
                      box("box",
                          "region to sample, rounded to whole voxels (default: the box of a shape, padded, or of a "
-                         "grid; required for "
-                         "other fields and for unbounded shapes)"),
+                         "grid; required for other fields and for unbounded shapes)"),
                      text("name", "density", "name of the grid"), flag("half", "0", "1: store 16-bit floats")},
          .examples = {"curlew -noise frequency=4 period=4 -bake box=0,0,0,1,1,1 dim=64 -write tile.vdb"},
          .run = bake}};

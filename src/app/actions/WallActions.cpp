@@ -22,8 +22,7 @@ const Binding<BoundOptions>& boundBinding() {
             .add(
                 flag("separate", "",
                      "1: shift the noise so that no value of the field occurs on both sides of the wall; the flow in "
-                     "the "
-                     "layer is then faster than beyond it"),
+                     "the layer is then faster than beyond it"),
                 [](auto& o) -> auto& { return o.separate; })
             .addOptional(
                 notNegative("amplitude", "", "world units",
