@@ -94,6 +94,12 @@ struct Stroke {
         return piece;
     }
 
+    /// Returns the sine of the angle by which the edge recedes from the plane of the picture.
+    float sineOfTilt(const SplatBins& bins) const {
+        const float recedes = (b.depth - a.depth) * bins.pixelsPerUnit(0.5f * (a.depth + b.depth));
+        return recedes != 0 ? recedes / std::sqrt(recedes * recedes + length * length) : 0;
+    }
+
     SplatVertex a, b;
     float length = 0, ux = 1, uy = 0; ///< From a to b.
     float fade;                       ///< Visibility, 0 to 1.
@@ -204,6 +210,7 @@ void coverTile(const SplatBins& bins, const SplatTile& tile, std::vector<Sample>
         stroke.radius *= stroke.fade;
         const float rr = stroke.radius * stroke.radius, front = std::min(stroke.a.depth, stroke.b.depth);
         const float nearest = front - stroke.radius / bins.pixelsPerUnit(front);
+        const float lean = stroke.sineOfTilt(bins);
         stroke.samplesIn(tile, kFine).forEach([&](int x, int y) {
             Sample& sample = samples[static_cast<size_t>(y) * row + static_cast<size_t>(x)];
             if (!(nearest < sample.depth)) return;
@@ -211,9 +218,14 @@ void coverTile(const SplatBins& bins, const SplatTile& tile, std::vector<Sample>
                 return static_cast<float>(origin) + (static_cast<float>(k) + 0.5f) / kFine;
             };
             const float dx = position(tile.left, x) - stroke.a.x, dy = position(tile.top, y) - stroke.a.y;
-            const float along = std::clamp(dx * stroke.ux + dy * stroke.uy, 0.0f, stroke.length);
-            const float nx = dx - along * stroke.ux, ny = dy - along * stroke.uy, left = rr - nx * nx - ny * ny;
+            const float ahead = dx * stroke.ux + dy * stroke.uy, across = dx * stroke.uy - dy * stroke.ux;
+            const float halfSquared = rr - across * across;
+            if (!(halfSquared > 0)) return;
+            // The nearest position on the axis to the visible surface, which a tube that recedes shows farther ahead.
+            const float along = std::clamp(ahead - lean * std::sqrt(halfSquared), 0.0f, stroke.length);
+            const float left = halfSquared - (ahead - along) * (ahead - along);
             if (!(left > 0)) return;
+            const float nx = dx - along * stroke.ux, ny = dy - along * stroke.uy;
             const float part = stroke.length > 0 ? along / stroke.length : 0, nz = std::sqrt(left);
             const SplatVertex middle = between(stroke.a, stroke.b, part);
             const float z = middle.depth - nz / bins.pixelsPerUnit(middle.depth);

@@ -180,6 +180,31 @@ TEST_CASE("luminous: colour and depth change along a long edge", "[render]") {
     for (int x = 82; x < 90; ++x) CHECK(ray.at(x, 59) == Approx(line.at(x, 59)).epsilon(0.01));
 }
 
+TEST_CASE("opaque: a tube that recedes has its depth, and no seams between its edges", "[render]") {
+    constexpr double kRadius = 0.1; // ten pixels
+    Positions whole, parts;
+    constexpr int kParts = 8;
+    for (int k = 0; k <= kParts; ++k) {
+        const double at = k / double{kParts} - 0.5;
+        parts.add(at, 0.005, at);
+        if (k == 0 || k == kParts) whole.add(at, 0.005, at);
+    }
+    whole.start = {0, 2}, parts.start = {0, kParts + 1};
+    const SplatOptions options{.pixels = 100 * kRadius, .fade = 0};
+    const Image one = opaque(whole.lines(), faced(), options).image;
+    const Image many = opaque(parts.lines(), faced(), options).image;
+    for (int y = 50; y < 70; ++y)
+        for (int x = 50; x < 110; ++x) {
+            CAPTURE(x, y);
+            CHECK(many.at(x, y, 0) == Approx(one.at(x, y, 0)).margin(0.02));
+        }
+    // The axis at x = t has the depth 10 - t. What is visible of a tube at 45 degrees is nearer by √2 times its radius.
+    for (int x = 60; x < 100; ++x) {
+        const double axis = 10 - (x + 0.5 - 80) * 0.01;
+        CHECK(one.at(x, 59, 4) == Approx(axis - std::numbers::sqrt2 * kRadius).margin(0.02));
+    }
+}
+
 TEST_CASE("opaque: discs have the correct area and nearer ones hide farther ones", "[render]") {
     Positions p;
     p.add(0, 0, 0), p.add(0.1, 0, 1), p.add(-5, 0, 0), p.add(0, 0, 11);

@@ -87,6 +87,20 @@ std::string countedPhrase(const std::vector<Kind>& kinds, const Amount& amount) 
                                       : fmt::format("{} to {} × {}", amount.min, amount.max, kindsPhrase(kinds));
 }
 
+/// Shows options in two columns, names and meanings. A name that does not fit has a line of its own.
+std::string optionLines(const std::vector<Option>& options) {
+    constexpr size_t kColumn = 24, kWidth = 100;
+    std::string lines;
+    for (const auto& o : options) {
+        const std::string name = fmt::format("  {}={}", o.name, typeName(o));
+        const std::string padded = fmt::format("{:<{}}", name, kColumn); // of characters; size() counts bytes
+        const std::string meaning = wrapped(describe(o), kColumn, kWidth);
+        lines += padded.ends_with("  ") ? padded + meaning.substr(kColumn) : name + "\n" + meaning;
+        lines += '\n';
+    }
+    return lines;
+}
+
 } // namespace
 
 std::string inputsOf(const Action& action) {
@@ -147,15 +161,16 @@ std::string helpSearch(const Registry& registry, const std::string& word) {
     std::vector<std::string> names;
     for (const auto& action : registry) {
         names.push_back(action.name);
-        std::string lines;
+        std::vector<Option> found;
         for (const auto& o : action.options) {
             names.push_back(o.name);
             if (mentions(o.name, word) || mentions(o.help, word) || mentions(join(o.formerly, " "), word) ||
                 mentions(join(o.choices, " "), word))
-                lines += fmt::format("    {}=\n{}\n", o.name, wrapped(describe(o), 8, 100));
+                found.push_back(o);
         }
+        std::string lines = optionLines(found);
         for (const auto& example : action.examples)
-            if (mentions(example, word)) lines += fmt::format("    {}\n", example);
+            if (mentions(example, word)) lines += fmt::format("  {}\n", example);
         if (!lines.empty() || mentions(action.name, word) || mentions(action.summary, word) ||
             mentions(action.details, word))
             text += fmt::format("-{:<12} {}\n{}", action.name, action.summary, lines);
@@ -174,9 +189,7 @@ std::string helpFor(const Action& action) {
     if (!action.details.empty()) text += wrapped(action.details, 2, 100) + "\n";
     if (!action.takes.empty()) text += wrapped("takes: " + inputsOf(action), 2, 100) + "\n";
     if (!action.makes.empty()) text += wrapped("makes: " + outputsOf(action), 2, 100) + "\n";
-    if (!action.options.empty()) text += "\n";
-    for (const auto& o : action.options)
-        text += fmt::format("  {}={}\n{}\n", o.name, typeName(o), wrapped(describe(o), 6, 100));
+    if (!action.options.empty()) text += "\n" + optionLines(action.options);
     if (!action.examples.empty()) text += "\nexamples\n";
     for (const auto& example : action.examples) text += fmt::format("  {}\n", example);
     return text;
