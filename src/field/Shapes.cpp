@@ -61,19 +61,8 @@ SdfN<N> placed(const SdfN<N>& sdf, const PlacementN<N>& placement) {
     if (!(scale > 0) || placement.scale != filled<N>(scale))
         throw ValueError("a signed distance can only be scaled by one positive factor for all axes");
     const Matrix<N, N> turn = rotationOf(placement);
-    BoxN<N> bounds = sdf.bounds;
-    if (bounds.finite()) {
-        // Bounds the rotated box by a sphere about the origin, which contains it in any rotation.
-        const Vec<double, N> corner = filled<N>(1);
-        const Vec<double, N> center =
-            placement.rotate == Vec3d{} ? bounds.center() * scale + placement.offset : placement.offset;
-        const double radius = (length(bounds.size()) / 2 + length(bounds.center())) * scale;
-        bounds = placement.rotate == Vec3d{}
-                     ? BoxN<N>{bounds.lower * scale + placement.offset, bounds.upper * scale + placement.offset}
-                     : BoxN<N>{center - corner * radius, center + corner * radius};
-    }
     return {scale * placed(sdf.distance, placement),
-            bounds,
+            placed(sdf.bounds, placement),
             sdf.reach * scale,
             sdf.lipschitz,
             {turn * sdf.pose.axes, turn * (sdf.pose.origin * scale) + placement.offset}};

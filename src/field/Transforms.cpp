@@ -152,6 +152,20 @@ ScalarFieldN<N> placed(const ScalarFieldN<N>& field, const PlacementN<N>& placem
     return ScalarFieldN<N>(Affine<N, N>{field, inverse, placement.offset});
 }
 
+template <int N>
+BoxN<N> placed(const BoxN<N>& box, const PlacementN<N>& placement) {
+    if (!box.finite()) return box;
+    BoxN<N> scaled;
+    for (int i = 0; i < N; ++i) {
+        const double a = box.lower[i] * placement.scale[i], b = box.upper[i] * placement.scale[i];
+        scaled.lower[i] = std::min(a, b);
+        scaled.upper[i] = std::max(a, b);
+    }
+    if (placement.rotate != Vec3d{}) // about the origin
+        scaled = BoxN<N>{}.padded(length(scaled.center()) + length(scaled.size()) / 2);
+    return {scaled.lower + placement.offset, scaled.upper + placement.offset};
+}
+
 template <int M, int N>
 ScalarFieldN<N> projected(const ScalarFieldN<M>& field, const Matrix<M, N>& A) {
     return ScalarFieldN<N>(Affine<M, N>{field, A, {}});
@@ -180,6 +194,7 @@ ScalarFieldN<N> displaced(const ScalarFieldN<N>& field, const ScalarFieldN<N>& b
 #define CURLEW_INSTANTIATE(N)                                                      \
     template Matrix<N, N> rotationOf(const PlacementN<N>&);                        \
     template ScalarFieldN<N> placed(const ScalarFieldN<N>&, const PlacementN<N>&); \
+    template BoxN<N> placed(const BoxN<N>&, const PlacementN<N>&);                 \
     template ScalarFieldN<N> displaced(const ScalarFieldN<N>&, const ScalarFieldN<N>&, double);
 CURLEW_FOR_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE

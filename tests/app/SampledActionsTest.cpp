@@ -3,6 +3,7 @@
 #include "curlew/picture/ImageFile.h"
 #include "curlew/vdb/MeshFile.h"
 #include "curlew/vdb/Openvdb.h"
+#include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
 #include "support/ProbeCommand.h"
 
@@ -66,6 +67,39 @@ TEST_CASE("field action: meshes, pictures and bakes show the box of the grid by 
     folder.mustRun(ball + "-slice width=32 axis=z -write ball.exr");
     const Image slice = readExr(folder / "ball.exr");
     CHECK(*std::min_element(slice.pixels.begin(), slice.pixels.end()) < -0.7f); // the middle of the ball
+}
+
+TEST_CASE("dfvn and curl actions: a flow of a grid has the domain of the grid", "[app][command]") {
+    const Folder folder;
+    const std::string grid = "-noise frequency=3 -bake box=3,3,3,5,5,5 dim=16 -field ";
+    for (const std::string& flow :
+         {grid + "-noise seed=1 -dfvn ", "-noise seed=1 " + grid + "-dfvn ", grid + "-curl shift=3 "}) {
+        CAPTURE(flow);
+        const auto boxOf = [&](const std::string& words) {
+            folder.mustRun(words + "-velocity dim=16 -write flow.vdb");
+            const auto velocity = readVdb(folder / "flow.vdb").at(0);
+            const auto voxels = velocity->evalActiveVoxelBoundingBox();
+            return std::pair(velocity->indexToWorld(voxels.min()), velocity->indexToWorld(voxels.max()));
+        };
+        const auto [lower, upper] = boxOf(flow);
+        CHECK((lower - openvdb::Vec3d(3)).length() < 0.25);
+        CHECK((upper - openvdb::Vec3d(5)).length() < 0.25);
+    }
+    // A wall and box= come first.
+    folder.mustRun(grid +
+                   "-noise seed=1 -sphere radius=0.5 translate=4,4,4 -bound -dfvn -scatter count=50 -write in.ply");
+    folder.mustRun(grid + "-noise seed=1 -dfvn box=3,3,3,4,4,4 -scatter count=50 -write part.ply");
+    for (const char* name : {"in.ply", "part.ply"}) {
+        const Points points = readPoints(folder / name).points;
+        REQUIRE(points.size() == 50);
+        for (size_t k = 0; k < points.size(); ++k) {
+            CAPTURE(name, k);
+            if (name == std::string("in.ply"))
+                CHECK(length(points.position(k) - Vec3d{{4, 4, 4}}) < 0.5);
+            else
+                CHECK(Box{{{3, 3, 3}}, {{4, 4, 4}}}.contains(points.position(k)));
+        }
+    }
 }
 
 TEST_CASE("bound action: a grid that is not marked as a level set is named as the reason", "[app][command]") {

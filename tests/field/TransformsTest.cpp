@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
+#include "curlew/base/Random.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/Bound.h"
 #include "curlew/field/Transforms.h"
@@ -162,6 +163,31 @@ TEST_CASE("placed: in 5D the field is moved and scaled along each axis", "[field
             REQUIRE(std::abs(here.gradient[i] * placement.scale[i] - there.gradient[i]) <= 20 * 20 * 10 * 0x1p-53);
     }
     CHECK(difference(placed(field, PlacementN<5>{}).at<2>({}), field.at<2>({})) == 0);
+}
+
+TEST_CASE("placed: a box contains what was in it, mirrored and rotated", "[field]") {
+    const Box box{{{-0.2, 1, -3}}, {{0.7, 1.5, -2}}};
+    const Placement mirrored{.offset = {{0.1, 0.2, 0.3}}, .scale = {{-2, 0.5, 1}}};
+    const Box exact = placed(box, mirrored);
+    CHECK(exact.lower == Vec3d{{0.7 * -2 + 0.1, 1 * 0.5 + 0.2, -3 + 0.3}});
+    CHECK(exact.upper == Vec3d{{-0.2 * -2 + 0.1, 1.5 * 0.5 + 0.2, -2 + 0.3}});
+    Placement turned = mirrored;
+    for (int k = 0; k < 100; ++k) {
+        for (int axis = 0; axis < 3; ++axis)
+            turned.rotate[axis] = 360 * randomUniform(1, static_cast<uint64_t>(k), static_cast<uint64_t>(axis));
+        const Box around = placed(box, turned);
+        for (int corner = 0; corner < 8; ++corner) {
+            Vec3d p;
+            for (int axis = 0; axis < 3; ++axis)
+                p[axis] = (corner >> axis & 1 ? box.upper : box.lower)[axis] * turned.scale[axis];
+            const Vec3d moved = rotationOf(turned) * p + turned.offset;
+            CAPTURE(k, corner, moved);
+            CHECK(around.padded(1e-12).contains(moved));
+        }
+        if (k > 0) CHECK(around.lower == placed(box, Placement{turned.offset, {{0, 0, 90}}, turned.scale}).lower);
+    }
+    const Box everywhere = Box{}.padded(HUGE_VAL);
+    CHECK(placed(everywhere, turned).lower == everywhere.lower);
 }
 
 TEST_CASE("placed: rotations that a dimension lacks and zero scales are errors", "[field]") {

@@ -36,6 +36,11 @@ template <int N>
 ScalarFieldN<N> placed(const ScalarFieldN<N>& field, const PlacementN<N>& placement);
 inline ScalarField placed(const ScalarField& field, const Placement& placement) { return placed<3>(field, placement); }
 
+/// Returns a box that contains the transformed one. If there is a rotation, it is a cube that does so for every
+/// rotation, so that an animated one does not change it. An unbounded box stays as it is.
+template <int N>
+BoxN<N> placed(const BoxN<N>& box, const PlacementN<N>& placement);
+
 /// field(A x): a field of M variables as a field of N. Rows of A that are rows of the identity select coordinates; a 2D
 /// field can thus become a 3D field that is constant along z.
 template <int M, int N>

@@ -66,44 +66,26 @@ bool similar(const Arguments& a) {
     return (count == 1 || count == 3) && alike(a.coordinates<3>("scale"));
 }
 
-/// Returns a box that contains another one after it was scaled, turned and moved.
-Box placedBox(const Box& box, const Placement& placement) {
-    Vec3d lower, upper;
-    for (int axis = 0; axis < 3; ++axis) {
-        const double a = box.lower[axis] * placement.scale[axis], b = box.upper[axis] * placement.scale[axis];
-        lower[axis] = std::min(a, b);
-        upper[axis] = std::max(a, b);
-    }
-    if (placement.rotate != Vec3d{}) { // about the origin
-        const double radius = length((lower + upper) * 0.5) + 0.5 * length(upper - lower);
-        lower = Vec3d{{-1, -1, -1}} * radius;
-        upper = Vec3d{{1, 1, 1}} * radius;
-    }
-    return {lower + placement.offset, upper + placement.offset};
+template <int N>
+PlacementN<N> transformOf(const Arguments& a) {
+    return {.offset = a.coordinates<N>("translate"), .rotate = a.vector("rotate"), .scale = a.coordinates<N>("scale")};
 }
 
 void transform(Context& c, const Arguments& a) {
     FieldValue moved{mapped(c, [&](const auto& field) {
-        constexpr int kN = std::remove_cvref_t<decltype(field)>::kDimension;
-        return placed(field, PlacementN<kN>{.offset = a.coordinates<kN>("translate"),
-                                            .rotate = a.vector("rotate"),
-                                            .scale = a.coordinates<kN>("scale")});
+        return placed(field, transformOf<std::remove_cvref_t<decltype(field)>::kDimension>(a));
     })};
     if (const auto& shape = c.field("field").sdf; shape && similar(a))
         std::visit(
             [&](const auto& sdf) {
-                constexpr int kN = std::remove_cvref_t<decltype(sdf.distance)>::kDimension;
-                const auto put = placed(sdf, PlacementN<kN>{.offset = a.coordinates<kN>("translate"),
-                                                            .rotate = a.vector("rotate"),
-                                                            .scale = a.coordinates<kN>("scale")});
+                const auto put = placed(sdf, transformOf<std::remove_cvref_t<decltype(sdf.distance)>::kDimension>(a));
                 moved = {put.distance, put};
             },
             *shape);
     if (const auto& region = c.field("field").sampled) {
         moved.sampled = region;
-        const Placement placement{
-            .offset = a.coordinates<3>("translate"), .rotate = a.vector("rotate"), .scale = a.coordinates<3>("scale")};
-        moved.sampled->box = placedBox(region->box, placement);
+        const auto placement = transformOf<3>(a);
+        moved.sampled->box = placed(region->box, placement);
         moved.sampled->voxel *=
             std::max({std::abs(placement.scale[0]), std::abs(placement.scale[1]), std::abs(placement.scale[2])});
     }

@@ -69,7 +69,7 @@ std::vector<Option> paceOptions(std::vector<Option> own = {}) {
                       "is no longer divergence-free")));
     own.push_back(box("box",
                       "domain of the flow (default: the box of the wall or surface, padded unless the flow is inside "
-                      "the wall; without one -1,-1,-1,1,1,1)"));
+                      "the wall, or of a grid; without one -1,-1,-1,1,1,1)"));
     return own;
 }
 
@@ -149,6 +149,21 @@ Input potentialInput(std::string name, size_t first, size_t last, std::string he
     return input;
 }
 
+/// Returns the box of a grid among the potentials of a flow. There is no flow beyond.
+std::optional<Box> boxOfGrid(const std::vector<FieldValue>& potentials) {
+    for (const FieldValue& field : potentials)
+        if (field.sampled) return field.sampled->box;
+    return std::nullopt;
+}
+
+/// Returns the box around the surface of which g is the distance. The flow follows it and all other level sets of g.
+std::optional<Box> boxAlong(const FieldValue& g) {
+    const auto shape = g.sdf ? boxOf(*g.sdf) : std::nullopt;
+    if (!shape) return std::nullopt;
+    const Vec3d size = shape->size();
+    return shape->padded(0.1 * std::max({size[0], size[1], size[2]}));
+}
+
 void dfvn(Context& c, const Arguments& a) {
     const size_t count = c.count("f") + c.count("g") + c.count("more");
     if (count == 1) return dfvnInDimension<2>(c, a);
@@ -167,12 +182,9 @@ void dfvn(Context& c, const Arguments& a) {
     const auto fields = fieldsOf(c, a.action());
     const auto wall = wallOf(fields);
     Domain domain = domainOf(a, wall ? std::optional(inSpace(*wall)) : std::nullopt, paddingOf(a));
-    // If g is a distance, the flow follows the surface and all other level sets of g.
-    const auto shape = fields[1].sdf ? boxOf(*fields[1].sdf) : std::nullopt;
-    if (shape && !a.given("box") && !domain.wall) {
-        const Vec3d size = shape->size();
-        domain.box = shape->padded(0.1 * std::max({size[0], size[1], size[2]}));
-    }
+    if (!a.given("box") && !domain.wall)
+        if (const auto box = boxAlong(fields[1]), grid = boxOfGrid(fields); box || grid)
+            domain.box = box ? *box : *grid;
     giveFlow(c, a, onLevelSets(a, Flow(inSpace(fields[0].field), inSpace(fields[1].field), domain)));
 }
 
@@ -204,7 +216,8 @@ void surface(Context& c, const Arguments& a) {
 void curl(Context& c, const Arguments& a) {
     const double shift = a.real("shift");
     const auto fields = fieldsOf(c, a.action());
-    const Domain domain = domainOf(a, wallOfPotentials(fields));
+    Domain domain = domainOf(a, wallOfPotentials(fields));
+    if (const auto grid = boxOfGrid(fields); grid && !a.given("box") && !domain.wall) domain.box = *grid;
     const auto noise = [&](size_t k) -> const AnyField& {
         return fields.at(k).free ? *fields[k].free : fields[k].field;
     };
