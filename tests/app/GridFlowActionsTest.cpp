@@ -49,6 +49,49 @@ TEST_CASE("flow action: three grids of components are read as one velocity", "[a
     folder.mustFail("-noise -bake box=0,0,0,1,1,1 dim=8 -flow", {"-flow", "grid"});
 }
 
+TEST_CASE("flow action: three grids in any order are sorted by the last letters of their names", "[app][command]") {
+    const Folder folder;
+    folder.mustRun("-noise -noise seed=1 -dfvn box=-1,-1,-1,1,1,1 -velocity dim=16 -write split=1 parts.vdb");
+    const auto parts = readVdb(folder / "parts.vdb");
+    REQUIRE(parts.size() == 3);
+    folder.mustRun("-read parts.vdb -flow -check samples=2000 report=ordered.json");
+    folder.mustRun("-read parts.vdb -flow -velocity dim=8 -write ordered.vdb");
+    const auto writeAs = [&](const std::array<std::string, 3>& names) {
+        openvdb::GridCPtrVec grids;
+        for (const size_t k : {2, 0, 1}) {
+            const auto grid = parts[k]->deepCopyGrid();
+            grid->setName(names[k]);
+            grids.push_back(grid);
+        }
+        openvdb::io::File((folder / "mixed.vdb").string()).write(grids);
+    };
+    const auto velocityOf = [&](const char* name) {
+        return openvdb::gridPtrCast<openvdb::Vec3SGrid>(readVdb(folder / name).at(0))->tree().getValue({1, 2, 3});
+    };
+    for (const std::array<std::string, 3>& names :
+         {std::array<std::string, 3>{"vel.x", "vel.y", "vel.z"}, {"velX", "velY", "velZ"}, {"u", "v", "w"}}) {
+        CAPTURE(names[0]);
+        writeAs(names);
+        const auto run = folder.mustRun("-read mixed.vdb -flow -velocity dim=8 -write mixed_out.vdb");
+        CHECK(velocityOf("mixed_out.vdb") == velocityOf("ordered.vdb"));
+        CHECK_THAT(run.err, Catch::Matchers::ContainsSubstring("'" + names[0] + "', '" + names[1] + "'"));
+    }
+    writeAs({"heat", "fuel", "smoke"}); // as in the file, and said so
+    const auto run = folder.mustRun("-read mixed.vdb -flow -velocity dim=8 -write mixed_out.vdb");
+    CHECK_THAT(run.err, Catch::Matchers::ContainsSubstring("'smoke', 'heat' and 'fuel'"));
+    CHECK(velocityOf("mixed_out.vdb") != velocityOf("ordered.vdb"));
+}
+
+TEST_CASE("flow action: uniform velocities have potentials in grids of any size", "[app][command]") {
+    const Folder folder;
+    for (const int dim : {30, 32, 38, 48}) {
+        CAPTURE(dim);
+        folder.mustRun(fmt::format("-uniform velocity=0,1,0 -velocity dim={} staggered=1 -write uniform.vdb", dim));
+        folder.mustRun("-read uniform.vdb -flow exact=1 -check samples=2000 report=check.json");
+        CHECK(jsonOf(folder / "check.json")["rms_speed"].get<double>() == Approx(1).epsilon(1e-5));
+    }
+}
+
 TEST_CASE("flow action: a grid of doubles is a velocity, too", "[app][command]") {
     const Folder folder;
     writeVelocity(folder);

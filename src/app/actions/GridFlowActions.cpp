@@ -6,6 +6,9 @@
 #include "curlew/vdb/GridFlow.h"
 #include "curlew/vdb/Openvdb.h"
 
+#include <algorithm>
+#include <cctype>
+
 namespace curlew::app {
 
 namespace {
@@ -15,13 +18,34 @@ using namespace options;
 /// Declares the input: one grid of vectors, or three of scalars if the newest grid is one.
 Input velocityInput() {
     Input input = several(taken("grid", {Kind::grid}), 1, 3,
-                          "a grid of velocities, or the newest three scalar grids: the components x, y and z");
+                          "a grid of velocities, or the newest three scalar grids: the components x, y and z, by the "
+                          "last letters of their names (x, y, z or u, v, w), or else in this order");
     input.amountWith = [](const Arguments&, const Scope& scope) {
         const auto newest = scope.newest({Kind::grid});
         const bool scalar = newest && newest->kind != Kind::velocity;
         return scope.linked() ? Amount{1, 3} : scalar ? Amount{3, 3} : Amount{1, 1};
     };
     return input;
+}
+
+/// Sorts three grids whose names only differ in the last letter: x, y and z, or u, v and w. Others stay as they are.
+VelocityGrids inOrderOfNames(VelocityGrids grids) {
+    const auto letterOf = [](const openvdb::GridBase::ConstPtr& grid) {
+        const std::string name = grid->getName();
+        return name.empty() ? 0 : std::tolower(static_cast<unsigned char>(name.back()));
+    };
+    const auto stemOf = [](const openvdb::GridBase::ConstPtr& grid) {
+        const std::string name = grid->getName();
+        return name.substr(0, name.size() - std::min<size_t>(name.size(), 1));
+    };
+    VelocityGrids sorted = grids;
+    std::sort(sorted.begin(), sorted.end(), [&](const auto& a, const auto& b) { return letterOf(a) < letterOf(b); });
+    const int first = letterOf(sorted.front());
+    if (first != 'x' && first != 'u') return grids;
+    for (size_t k = 0; k < sorted.size(); ++k)
+        if (letterOf(sorted[k]) != first + static_cast<int>(k) || stemOf(sorted[k]) != stemOf(sorted.front()))
+            return grids;
+    return sorted;
 }
 
 /// Returns the wall of the flow. Its layer is two voxels wide by default.
@@ -74,7 +98,11 @@ void flowOfGrid(Context& c, const Arguments& a) {
     const bool exact = a.flag("exact");
     if (!exact && (c.has("wall") || a.given("side") || a.given("layer")))
         throw ValueError("a wall needs exact=1: without potentials, the flow cannot be made tangent to it");
-    const auto make = [&](const VelocityGrids& grids) {
+    const auto make = [&](const VelocityGrids& given) {
+        const VelocityGrids grids = given.size() == 3 ? inOrderOfNames(given) : given;
+        if (grids.size() == 3)
+            c.info(fmt::format("flow: the components x, y and z are the grids '{}', '{}' and '{}'", grids[0]->getName(),
+                               grids[1]->getName(), grids[2]->getName()));
         return exact ? flowOfPotentials(c, a, grids) : interpolatedFlow(c, a, grids);
     };
     c.give(AnyFlow(blendedInTime(c, "grid", make, blendFlows)));
