@@ -111,13 +111,76 @@ struct Reshaped {
     }
 };
 
-/// The maximum speed observed in each bin of (f, g), and the bins of f and g.
+/// A position and the speed of the flow there.
+struct Visit {
+    double speed = 0;
+    Vec3d position{};
+
+    /// Does not depend on the order of the visits, even if two are equally fast.
+    bool fasterThan(const Visit& other) const {
+        return speed != other.speed ? speed > other.speed : position.c < other.position.c;
+    }
+};
+
+/// The fastest position that was visited in each bin of (f, g), and the bins of f and g.
 struct Survey {
     Axis f{}, g{};
-    std::vector<double> fastest = std::vector<double>(size_t{kBins} * kBins);
+    std::vector<Visit> fastest = std::vector<Visit>(size_t{kBins} * kBins);
+
+    void note(double valueF, double valueG, const Visit& visit) {
+        Visit& most = fastest[static_cast<size_t>(f.binOf(valueF)) * kBins + static_cast<size_t>(g.binOf(valueG))];
+        if (visit.fasterThan(most)) most = visit;
+    }
 };
 
 constexpr size_t kSamples = size_t{1} << 20, kReshapeGrain = 1 << 14;
+
+/// Climbs from the fastest sample of each bin towards a local maximum of the speed, in turn along the track and along
+/// each axis, and notes all speeds on the way, in the bins where they are.
+void climb(const Flow& flow, Survey& survey, const Monitor& monitor) {
+    constexpr size_t kDirections = 4, kRounds = 12; // of all directions
+    const double firstStep = 0.005 * length(flow.domain().box.size());
+    const std::vector<Visit> samples = survey.fastest;
+    std::mutex merging;
+    parallelFor(
+        samples.size(), kBatch,
+        [&](size_t begin, size_t end) {
+            std::vector<Visit> at;
+            for (size_t k = begin; k < end; ++k)
+                if (samples[k].speed > 0) at.push_back(samples[k]);
+            if (at.empty()) return;
+            std::array<std::array<double, kDirections>, kBatch> steps;
+            for (auto& all : steps) all.fill(firstStep);
+            std::array<Vec3d, kBatch> along{}; // unit vectors; 0 in the first step, which visits the samples again
+            for (size_t round = 0; round < kDirections * kRounds; ++round) {
+                const size_t direction = round % kDirections;
+                PointBatch points;
+                for (size_t k = 0; k < at.size(); ++k) {
+                    Vec3d step = along[k];
+                    if (direction > 0) step = {}, step[static_cast<int>(direction) - 1] = 1;
+                    points.push(at[k].position + step * steps[k][direction]);
+                }
+                std::array<bool, kBatch> allowed;
+                std::array<double, kBatch> distance;
+                classify(flow.domain(), points, allowed, distance);
+                Flow::Jets<double> potentials;
+                VecBatch<double> c;
+                flow.eval(points, potentials, c);
+                const std::lock_guard lock(merging);
+                for (size_t k = 0; k < at.size(); ++k) {
+                    const int i = static_cast<int>(k);
+                    const Visit there{length(c[i]), points[i]};
+                    const bool valid = allowed[k] && flow.domain().box.contains(there.position);
+                    if (valid) survey.note(potentials[0][i].value, potentials[1][i].value, there);
+                    const bool better = valid && there.speed > at[k].speed;
+                    if (better) at[k] = there;
+                    if (better || round == 0) along[k] = c[i] * (1 / std::max(there.speed, 1e-300));
+                    steps[k][direction] *= better ? 1.5 : -0.5;
+                }
+            }
+        },
+        monitor);
+}
 
 Survey surveyOf(const Flow& flow, const Monitor& monitor) {
     // Visits the same samples twice, first for the ranges and then for the speeds. Maxima do not depend on the order.
@@ -135,12 +198,12 @@ Survey surveyOf(const Flow& flow, const Monitor& monitor) {
                     flow.eval(points, potentials, c);
                     const std::lock_guard lock(merging);
                     for (int i = 0; i < points.size; ++i)
-                        use(potentials[0][i].value, potentials[1][i].value, length(c[i]));
+                        use(potentials[0][i].value, potentials[1][i].value, Visit{length(c[i]), points[i]});
                 });
             },
             monitor);
     };
-    visit([&](double f, double g, double) {
+    visit([&](double f, double g, const Visit&) {
         ranges[0] = {std::min(ranges[0].lower, f), std::max(ranges[0].upper, f)};
         ranges[1] = {std::min(ranges[1].lower, g), std::max(ranges[1].upper, g)};
     });
@@ -150,11 +213,8 @@ Survey surveyOf(const Flow& flow, const Monitor& monitor) {
         if (!(r.upper > r.lower)) throw ValueError("the flow has no streamlines to slow down: a potential is constant");
     survey.f = {ranges[0].lower, (ranges[0].upper - ranges[0].lower) / kBins};
     survey.g = {ranges[1].lower, (ranges[1].upper - ranges[1].lower) / kBins};
-    visit([&](double f, double g, double speed) {
-        double& most =
-            survey.fastest[static_cast<size_t>(survey.f.binOf(f)) * kBins + static_cast<size_t>(survey.g.binOf(g))];
-        most = std::max(most, speed);
-    });
+    visit([&](double f, double g, const Visit& at) { survey.note(f, g, at); });
+    climb(flow, survey, monitor);
     return survey;
 }
 
@@ -197,7 +257,7 @@ Flow reshaped(const Flow& flow, const ReshapeOptions& options, const Monitor& mo
     // A spline lies between its nearby coefficients, so each coefficient is the minimum of what its bins allow.
     for (int i = 0; i < kBins; ++i)
         for (int j = 0; j < kBins; ++j) {
-            const double fastest = survey.fastest[static_cast<size_t>(i) * kBins + static_cast<size_t>(j)];
+            const double fastest = survey.fastest[static_cast<size_t>(i) * kBins + static_cast<size_t>(j)].speed;
             const double slow = options.limit > 0 && fastest > options.limit ? options.limit / fastest : 1;
             const double allowed = slow * window(options.f, options.softness, survey.f, i) *
                                    window(options.g, options.softness, survey.g, j);
