@@ -41,11 +41,11 @@ std::vector<std::string> cellsOf(std::string_view line, CsvCells cells) {
 /// Returns false if the cell is not a number of this kind.
 bool parse(std::string_view cell, CsvCells cells, double& value) {
     value = std::numeric_limits<double>::quiet_NaN();
-    if (cell.empty()) return cells == CsvCells::optional;
+    if (cell.empty()) return cells != CsvCells::finite;
     if (cell.starts_with('+') && !cell.starts_with("+-")) cell.remove_prefix(1);
     const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
     return error == std::errc() && end == cell.data() + cell.size() &&
-           (cells == CsvCells::optional || std::isfinite(value));
+           (cells != CsvCells::finite || std::isfinite(value));
 }
 
 /// Returns an upper bound of the number of cells in a file, and rewinds it.
@@ -76,10 +76,12 @@ CsvTable readCsv(const std::filesystem::path& path, CsvCells cells,
     for (size_t number = 1; std::getline(in, line); ++number) {
         if (number % 4096 == 0) monitor.check();
         std::erase(line, '\r');
+        if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3); // as spreadsheets write it
         if (line.find_first_not_of(" \t") == std::string::npos) continue;
         const auto row = cellsOf(line, cells);
         if (table.names.empty()) {
             table.names = row;
+            table.text.resize(row.size());
             if (checkNames) checkNames(row);
             continue;
         }
@@ -88,9 +90,15 @@ CsvTable readCsv(const std::filesystem::path& path, CsvCells cells,
         };
         if (row.size() != table.names.size())
             throw wrong(fmt::format("{} cells, but the header has {}", row.size(), table.names.size()));
-        for (const std::string& cell : row)
-            if (!parse(cell, cells, table.values.emplace_back()))
-                throw wrong(fmt::format("'{}' is not a {}number", cell, cells == CsvCells::finite ? "finite " : ""));
+        for (size_t column = 0; column < row.size(); ++column) {
+            double& value = table.values.emplace_back();
+            if (parse(row[column], cells, value)) continue;
+            const std::string what =
+                fmt::format("'{}' is not a {}number", row[column], cells == CsvCells::finite ? "finite " : "");
+            if (cells != CsvCells::text) throw wrong(what);
+            value = std::numeric_limits<double>::quiet_NaN();
+            if (table.text[column].empty()) table.text[column] = fmt::format("line {}: {}", number, what);
+        }
     }
     if (in.bad()) throw FileError(fmt::format("cannot read '{}': the disk or network failed", path.string()));
     if (table.names.empty()) throw FileError(fmt::format("cannot read '{}': it has only blank lines", path.string()));

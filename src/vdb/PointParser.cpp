@@ -42,6 +42,7 @@ class Columns {
         if (found.empty() && !needed) return;
         if (!missing.empty()) throw error(fmt::format("it has no column {}", missing));
         for (size_t k = 0; k < columns.size(); ++k) {
+            if (!mTable.text.empty() && !mTable.text[found[k]].empty()) throw error(mTable.text[found[k]]);
             mTaken.insert(columns[k].first);
             for (size_t row = 0; row < rows(); ++row) columns[k].second->push_back(converted<T>(value(row, found[k])));
         }
@@ -105,7 +106,7 @@ PointTable pointsOf(const CsvTable& table, const std::filesystem::path& path) {
 } // namespace
 
 PointTable readPoints(const std::filesystem::path& path, const Monitor& monitor) {
-    if (endingOf(path) == ".csv") return pointsOf(readCsv(path, CsvCells::optional, {}, monitor), path);
+    if (endingOf(path) == ".csv") return pointsOf(readCsv(path, CsvCells::text, {}, monitor), path);
     const MeshSource source{path, monitor, "points"};
     const PlyVertices vertices = parsePlyVertices(contentOf(path), source);
     if (!vertices.edges.empty()) throw source.error("it holds curves; give points");

@@ -55,7 +55,8 @@ class EarClipper {
         size_t ear = 0, left = mPoints.size(), tries = 0;
         while (left > 3) {
             const auto [previous, next] = mRing[ear];
-            if (tries < left && !isEar(previous, ear, next)) {
+            // A vertex on the diagonal would make the rest fold, unless there is no other ear.
+            if (tries < 2 * left && !isEar(previous, ear, next, tries < left)) {
                 ++tries;
             } else {
                 emit(previous, ear, next);
@@ -75,13 +76,16 @@ class EarClipper {
         size_t previous, next;
     };
 
-    /// Returns whether the corner is convex, and no other corner lies in its triangle with its neighbours.
-    bool isEar(size_t previous, size_t corner, size_t next) const {
+    /// Returns whether the corner is convex, and no other corner lies in its triangle with its neighbours, nor on the
+    /// sides of that if `clear`.
+    bool isEar(size_t previous, size_t corner, size_t next, bool clear) const {
         const PlanePoint &a = mPoints[previous], &b = mPoints[corner], &c = mPoints[next];
         if (area(a, b, c) < 0) return false;
         for (size_t k = mRing[next].next; k != previous; k = mRing[k].next) {
             const PlanePoint& p = mPoints[k]; // corners may share a position
-            if (p != a && p != b && p != c && area(a, b, p) > 0 && area(b, c, p) > 0 && area(c, a, p) > 0) return false;
+            if (p == a || p == b || p == c) continue;
+            const double least = std::min({area(a, b, p), area(b, c, p), area(c, a, p)});
+            if (clear ? least >= 0 : least > 0) return false;
         }
         return true;
     }

@@ -131,14 +131,14 @@ Append numberOf(const std::vector<T>& values) {
     };
 }
 
-/// The lower and the upper corner of the positions.
+/// The lower and the upper corner of what has these positions and this radius.
 template <class Geometry>
-UsdValue extentOf(double frame, const Geometry& g) {
+UsdValue extentOf(double frame, const Geometry& g, float radius) {
     std::array<std::array<float, 3>, 2> corners{};
     const auto range = [&](const std::vector<double>& values, size_t axis) {
         if (values.empty()) return;
         const auto [least, most] = std::minmax_element(values.begin(), values.end());
-        corners[0][axis] = static_cast<float>(*least), corners[1][axis] = static_cast<float>(*most);
+        corners[0][axis] = static_cast<float>(*least) - radius, corners[1][axis] = static_cast<float>(*most) + radius;
     };
     range(g.x, 0), range(g.y, 1), range(g.z, 2);
     return {frame, 2, [corners](size_t n, std::string& text) {
@@ -184,17 +184,19 @@ class PrimWriter {
 
     void addExtent() {
         std::vector<UsdValue> values;
-        for (const auto& sample : mSamples) values.push_back(extentOf(sample.frame, *sample.geometry));
+        for (const auto& sample : mSamples) values.push_back(extentOf(sample.frame, *sample.geometry, 0.5F * width()));
         writeAttribute(mOut, mIndent, "float3[] extent", values, mTimed);
     }
 
     void addWidth() {
-        mOut << mIndent << fmt::format("float[] widths = [{}] (\n", widthOf(*mSamples.front().geometry)) << mIndent
+        mOut << mIndent << fmt::format("float[] widths = [{}] (\n", width()) << mIndent
              << "    interpolation = \"constant\"\n"
              << mIndent << ")\n";
     }
 
   private:
+    float width() const { return widthOf(*mSamples.front().geometry); }
+
     std::ostream& mOut;
     std::string mIndent;
     const std::vector<UsdSample<Geometry>>& mSamples;

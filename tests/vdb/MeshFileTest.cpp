@@ -242,6 +242,35 @@ TEST_CASE("MeshFile: the triangles of a polygon cover it exactly once", "[vdb]")
     }
 }
 
+TEST_CASE("MeshFile: concave polygons with vertices on their diagonals are covered exactly once", "[vdb]") {
+    using Outline = std::vector<std::array<float, 2>>;
+    const Outline tee{{0, 0}, {3, 0}, {3, 1}, {2, 1}, {2, 3}, {1, 3}, {1, 1}, {0, 1}};
+    const Outline stairs{{0, 0}, {4, 0}, {4, 1}, {3, 1}, {3, 2}, {2, 2}, {2, 3}, {1, 3}, {1, 4}, {0, 4}};
+    const Outline plus{{1, 0}, {2, 0}, {2, 1}, {3, 1}, {3, 2}, {2, 2}, {2, 3}, {1, 3}, {1, 2}, {0, 2}, {0, 1}, {1, 1}};
+    const Outline split{{0, 0}, {1, 0}, {2, 0}, {3, 0}, {3, 1}, {2, 1}, {1, 1}, {0, 1}}; // straight sides in parts
+    for (const auto& [outline, area] :
+         {std::pair(tee, 5.0), std::pair(stairs, 10.0), std::pair(plus, 5.0), std::pair(split, 3.0)})
+        for (size_t first = 0; first < outline.size(); ++first) {
+            std::vector<openvdb::Vec3s> points;
+            std::vector<uint32_t> corners;
+            for (size_t k = 0; k < outline.size(); ++k) {
+                const auto& p = outline[(first + k) % outline.size()];
+                points.emplace_back(p[0], p[1], 0);
+                corners.push_back(static_cast<uint32_t>(k));
+            }
+            const Mesh mesh = meshOf(points, corners, {static_cast<uint32_t>(outline.size())});
+            double covered = 0;
+            CAPTURE(area, first);
+            for (const auto& t : mesh.triangles) {
+                const openvdb::Vec3d a(mesh.points[t[0]]), b(mesh.points[t[1]]), c(mesh.points[t[2]]);
+                const double signedArea = (b - a).cross(c - a).z() / 2;
+                CHECK(signedArea >= 0);
+                covered += signedArea;
+            }
+            CHECK(covered == area);
+        }
+}
+
 TEST_CASE("MeshFile: a self-intersecting polygon still closes the mesh", "[vdb]") {
     // A pentagram above a fan of triangles with the same border.
     std::vector<openvdb::Vec3s> points;

@@ -187,6 +187,18 @@ TEST_CASE("PointFile: PLY stores points in order", "[vdb]") {
     CHECK(wrong == 0);
 }
 
+TEST_CASE("PointFile: CSV may have a byte order mark, and text in columns that are skipped", "[vdb]") {
+    const Folder folder;
+    std::ofstream(folder / "named.csv") << "\xEF\xBB\xBFx,y,z,name\n1,2,3,foo\n4,5,6,\"bar\"\n";
+    const PointTable table = readPoints(folder / "named.csv");
+    REQUIRE(table.points.size() == 2);
+    CHECK(table.points.position(1) == Vec3d{{4, 5, 6}});
+    CHECK(table.skipped == std::vector<std::string>{"name"});
+    std::ofstream(folder / "bad.csv") << "x,y,z,id\n1,2,3,0\n4,five,6,1\n";
+    CHECK_THROWS_WITH(readPoints(folder / "bad.csv"), Catch::ContainsSubstring("bad.csv") &&
+                                                          Catch::ContainsSubstring("line 3: 'five' is not a number"));
+}
+
 TEST_CASE("PointFile: CSV has nine digits and 64-bit ids", "[vdb]") {
     const Folder folder;
     Points particles = cloud(300000);

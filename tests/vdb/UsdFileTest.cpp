@@ -133,7 +133,9 @@ TEST_CASE("UsdFile: points have velocities, ids and time samples", "[vdb]") {
     CHECK(dust.attributes.at("int64[] ids.timeSamples") == "{1:[5,8],2:[5,8,11],}");
     CHECK(dust.attributes.at("float[] primvars:life.timeSamples") == "{1:[inf,2],2:[inf,2,inf],}");
     CHECK(dust.attributes.at("float[] primvars:life metadata") == "(interpolation=\"vertex\")");
-    CHECK(dust.attributes.at("float3[] extent.timeSamples") == "{1:[(0,0,-1),(1,0.5,-0)],2:[(0,0,-2),(2,1,-0)],}");
+    CHECK(dust.attributes.at("float3[] extent.timeSamples") ==
+          "{1:[(-0.07874507,-0.07874507,-1.0787451),(1.0787451,0.57874507,0.07874507)],"
+          "2:[(-0.07874507,-0.07874507,-2.0787451),(2.0787451,1.0787451,0.07874507)],}"); // with half the width
     CHECK(dust.attributes.at("float[] widths").find("](interpolation=\"constant\")") != std::string::npos);
 }
 
