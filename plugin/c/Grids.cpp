@@ -5,6 +5,8 @@
 
 #include <openvdb/tools/Dense.h>
 
+#include <limits>
+
 using namespace curlew;
 using namespace curlew::c;
 
@@ -66,7 +68,14 @@ curlew_status curlew_grid_read(const curlew_session* session, int64_t position, 
                                const int64_t upper[3], const curlew_buffer* buffer) {
     return guarded([&] {
         const openvdb::CoordBBox box = boxOf(&required(lower, "lower"), &required(upper, "upper"));
-        const auto count = static_cast<int64_t>(box.volume());
+        int64_t count = 1;
+        for (int axis = 0; axis < 3; ++axis) {
+            const int64_t size = upper[axis] - lower[axis];
+            if (size > std::numeric_limits<int32_t>::max() / count)
+                throw ValueError("the box has 2^31 voxels or more; read parts of it");
+            count *= size;
+        }
+        const openvdb::Coord size = box.dim();
         const curlew_buffer& target = required(buffer, "the buffer");
         withGrid(*gridAt(session, position), [&]<class Grid>(const Grid& grid) {
             using Value = typename Grid::ValueType;
@@ -74,7 +83,6 @@ curlew_status curlew_grid_read(const curlew_session* session, int64_t position, 
             constexpr bool kInteger = std::is_integral_v<Value>;
             checkBuffer(target, "the buffer", count, kVector ? 3 : 1, kInteger ? Numbers::integers : Numbers::floats);
             const ptrdiff_t stride = strideOf(target);
-            const openvdb::Coord size = box.dim();
             const auto plane = static_cast<size_t>(size[1]) * static_cast<size_t>(size[2]);
             parallelFor(static_cast<size_t>(size[0]), 1, [&](size_t begin, size_t end) {
                 auto accessor = grid.getConstAccessor();

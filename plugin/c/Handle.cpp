@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Handle.h"
 
+#include "curlew/base/Parallel.h"
+
 using namespace curlew;
 
 namespace curlew::c {
@@ -51,7 +53,9 @@ void Caller::tell() {
     const auto now = std::chrono::steady_clock::now();
     if (mCancelled || now - mTold < kEvery) return;
     mTold = now;
-    if (mCallbacks.progress(mCallbacks.user, mTitle.c_str(), mFraction) != 0) cancel();
+    isolated([&] { // it may evaluate flows
+        if (mCallbacks.progress(mCallbacks.user, mTitle.c_str(), mFraction) != 0) cancel();
+    });
 }
 
 } // namespace curlew::c

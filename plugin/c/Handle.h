@@ -6,7 +6,10 @@
 
 #include <atomic>
 #include <chrono>
+#include <functional>
+#include <map>
 #include <mutex>
+#include <string>
 #include <thread>
 
 namespace curlew::c {
@@ -57,6 +60,7 @@ struct curlew_session {
     /// Results that curlew_find() has returned since the run or the frame began. Their positions begin at firstFound,
     /// and are never used again.
     mutable std::vector<curlew::app::Session::Held> found;
+    mutable std::map<std::string, int64_t, std::less<>> foundAs; ///< The positions by name.
     int64_t firstFound = kFound;
     void forgetFound();
     mutable std::vector<const void*> leaves; ///< The leaves of the grid whose leaves were read last.

@@ -119,6 +119,7 @@ size_t curlew_session::count(curlew_kind kind) const {
 void curlew_session::forgetFound() {
     firstFound += static_cast<int64_t>(found.size());
     found.clear();
+    foundAs.clear();
 }
 
 const app::Session::Held& curlew_session::object(curlew_kind kind, int64_t position) const {
@@ -155,10 +156,16 @@ curlew_status curlew_find(const curlew_session* session, const char* name, curle
         const curlew_session& s = required(session, "the session");
         curlew_kind& foundKind = required(kind, "the pointer to the kind");
         int64_t& foundPosition = required(position, "the pointer to the position");
-        app::Session::Held held = s.readable().result(&required(name, "the name"));
+        const std::string wanted = &required(name, "the name");
+        app::Session::Held held = s.readable().result(wanted);
         foundKind = abiKindOf(held.value);
+        if (const auto known = s.foundAs.find(wanted); known != s.foundAs.end()) {
+            foundPosition = known->second;
+            return;
+        }
         foundPosition = s.firstFound + static_cast<int64_t>(s.found.size());
         s.found.push_back(std::move(held));
+        s.foundAs[wanted] = foundPosition;
     });
 }
 

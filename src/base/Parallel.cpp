@@ -44,6 +44,11 @@ void parallelFor(size_t count, size_t grain, const std::function<void(size_t, si
         tbb::simple_partitioner());
 }
 
+void isolated(const std::function<void()>& work) {
+    startTbb();
+    tbb::this_task_arena::isolate(work);
+}
+
 struct Background::Implementation {
     tbb::task_group tasks;
 };

@@ -130,6 +130,22 @@ TEST_CASE("parallelFor: progress reports increase to one and never overlap", "[b
     CHECK(reports.back() == 1);
 }
 
+TEST_CASE("isolated: a report that waits for other threads takes no chunk of the loop around it", "[base]") {
+    thread_local bool reporting = false;
+    std::atomic<int> taken = 0, nested = 0;
+    const Monitor monitor{.report =
+                              [&](double) {
+                                  reporting = true;
+                                  isolated([&] { parallelFor(64, 1, [&](size_t, size_t) { ++nested; }); });
+                                  reporting = false;
+                              },
+                          .cancelled = {}};
+    parallelFor(
+        500, 1, [&](size_t, size_t) { taken += reporting ? 1 : 0; }, monitor);
+    CHECK(taken == 0);
+    CHECK(nested == 500 * 64);
+}
+
 TEST_CASE("parallelSum: gives the same bits for any number of threads", "[base]") {
     // Terms with very different magnitudes and signs: sums in different orders differ in bits.
     const auto term = [](size_t k) { return (randomUniform(3, k) - 0.5) * std::exp2(60 * randomUniform(3, k, 1)); };

@@ -170,7 +170,7 @@ static void wrongGraphs(void) {
     curlew_session* session = newSession();
     const char* text = NULL;
     curlew_kind kind = 0;
-    int64_t position = 0;
+    int64_t position = 0, again = -1;
     char deep[4000];
     FAILS(curlew_run_graph(session, "{", NULL, NULL), CURLEW_VALUE_ERROR, "JSON");
     FAILS(curlew_run_graph(session, "{\"nodes\": 1}", NULL, NULL), CURLEW_VALUE_ERROR, "list");
@@ -212,6 +212,8 @@ static void wrongGraphs(void) {
     FAILS(curlew_find(session, "slice", &kind, NULL), CURLEW_VALUE_ERROR, "NULL");
     SUCCEEDS(curlew_describe(session, kind, position, &text));
     CHECK(strstr(text, "\"width\":4"));
+    SUCCEEDS(curlew_find(session, "slice", &kind, &again));
+    CHECK(again == position);
     FAILS(curlew_find(session, "slise", &kind, &position), CURLEW_VALUE_ERROR, "did you mean 'slice'");
     FAILS(curlew_find(session, "slice.mask", &kind, &position), CURLEW_VALUE_ERROR, "'mask'");
     FAILS(curlew_describe(session, CURLEW_IMAGE, 1 << 20, &text), CURLEW_VALUE_ERROR, "image");
@@ -343,6 +345,8 @@ static void wrongReads(void) {
     const double origin[1][3] = {{0, 0, 0}};
     const curlew_array p = {origin, 1, 0, 3, CURLEW_FLOAT64}, i = {large, 1, 0, 1, CURLEW_INT64};
     const curlew_buffer one = {small, 1, 0, 1, CURLEW_INT32};
+    const curlew_buffer none = {NULL, 0, 0, 1, CURLEW_FLOAT64};
+    const int64_t low[3] = {0, 0, 0}, high[3] = {1 << 30, 1 << 30, 16}, least[3] = {-(1 << 30), 0, 0};
     const char* text = NULL;
     int64_t count = 0;
     FAILS(curlew_read(session, CURLEW_POINTS, 0, "position", &b), CURLEW_VALUE_ERROR, "no points");
@@ -373,6 +377,11 @@ static void wrongReads(void) {
     SUCCEEDS(curlew_provide_points(session, "p", &p, &i, NULL));
     SUCCEEDS(curlew_run(session, "read p", NULL, NULL));
     FAILS(curlew_read(session, CURLEW_POINTS, 0, "id", &one), CURLEW_VALUE_ERROR, "does not fit int32");
+    /* boxes whose number of voxels is 2^64 or 2^31, which wraps to 0 or below */
+    SUCCEEDS(curlew_run(session, "noise\nbake box=0,0,0,1,1,1 dim=4", NULL, NULL));
+    FAILS(curlew_grid_read(session, 0, low, high, &none), CURLEW_VALUE_ERROR, "2^31 voxels");
+    FAILS(curlew_grid_read(session, 0, least, high, &none), CURLEW_VALUE_ERROR, "2^31 voxels");
+    FAILS(curlew_grid_read(session, 0, high, low, &none), CURLEW_VALUE_ERROR, "empty");
     curlew_session_release(&session);
 }
 

@@ -35,6 +35,10 @@ auto parallelSum(size_t count, size_t grain, const Body& body, const Monitor& mo
     return total;
 }
 
+/// Calls `work`. If it waits for other threads, the calling thread takes no work of the loops around it meanwhile,
+/// which might need a lock that the caller holds. Call functions of others in this way.
+void isolated(const std::function<void()>& work);
+
 /// Runs one piece of work at a time in parallel with the caller, on another thread if one is available. The destructor
 /// waits for it.
 class Background {

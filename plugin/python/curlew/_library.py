@@ -3,12 +3,13 @@
 
 import ctypes
 import json
+import operator
 import os
 import platform
 import re
 from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_int32, c_int64, c_void_p
 from pathlib import Path
-from typing import Any, List, Optional
+from typing import Any, List, Mapping, Optional
 
 import numpy as np
 
@@ -202,12 +203,24 @@ def created(name: str, *arguments: Any) -> c_void_p:
     return handle
 
 
-def plain(text: str, what: str) -> bytes:
-    """Encodes text for the library. Raises Error if it contains a null character."""
-    encoded = text.encode()
-    if b"\0" in encoded:
+def plain(text: Any, what: str) -> bytes:
+    """Encodes text, or a path, for the library. Raises Error if the library cannot take it."""
+    text = os.fspath(text) if isinstance(text, os.PathLike) else text
+    if not isinstance(text, str):
+        raise Error(f"{what} must be text, not {type(text).__name__}")
+    if "\0" in text:
         raise Error(f"{what} must not contain the character NUL")
-    return encoded
+    try:
+        return text.encode()
+    except UnicodeEncodeError as error:
+        raise Error(f"{what} has a character that UTF-8 does not have: {text[error.start]!r}") from error
+
+
+def quoted(word: str, what: str) -> str:
+    """Quotes a word for a line of a program. Raises Error if it contains a line break."""
+    if "\n" in word:
+        raise Error(f"{what} must not contain a line break: {word!r}")
+    return "'" + word.replace("'", "'\"'\"'") + "'"
 
 
 def escaped(text: str) -> str:
@@ -216,8 +229,39 @@ def escaped(text: str) -> str:
 
 
 def graph_text(graph: Any) -> str:
-    """Returns a graph as text: the text itself, or the JSON of a dict. Its values may be NumPy numbers and arrays."""
-    return graph if isinstance(graph, str) else json.dumps(graph, default=lambda value: value.tolist())
+    """Returns a graph as text: the text itself, or the JSON of a mapping.
+
+    The values in it may also be other mappings, paths, and NumPy numbers and arrays.
+    """
+    if isinstance(graph, str):
+        return graph
+    if not isinstance(graph, Mapping):
+        raise Error(f"a program must be text or a dict, not {type(graph).__name__}")
+    try:
+        return json.dumps(dict(graph), default=_json_of)
+    except (TypeError, ValueError) as error:
+        raise Error(f"the graph cannot be written as JSON: {error}") from error
+
+
+def _json_of(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return dict(value)
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, (np.ndarray, np.generic)) and not isinstance(value, bytes):
+        return value.tolist()
+    raise Error(f"a graph must contain text, numbers, lists and dicts, but {value!r} is of type {type(value).__name__}")
+
+
+def whole(value: Any, what: str) -> int:
+    """Returns a whole number of 64 bits. Raises Error if the value is none."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise Error(f"{what} must be a whole number, not {value!r}") from None
+    if not -(2**63) <= number < 2**63:
+        raise Error(f"{what} must be a whole number below 2^63, not {number}")
+    return number
 
 
 def triple(values: Any = (0, 0, 0)) -> Any:
@@ -235,10 +279,16 @@ def array_of(values: np.ndarray) -> Array:
 
 def numbers(values: Any, what: str, integers: bool = False) -> np.ndarray:
     """Converts the values to an array of a type that the library supports; without a copy if they already are one."""
+    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+        raise Error(f"{what} must be an array without masked entries; give their values, or leave them out")
     try:
         array = np.asarray(values)
         if integers and array.size and array.dtype.kind not in "iub":
             raise Error(f"{what} must be whole numbers, not {array.dtype}")
+        if array.dtype.kind not in "biufO":
+            raise Error(f"{what} must be real numbers, not {array.dtype}")
+        if integers and array.dtype == np.uint64 and array.size and array.max() >= 2**63:
+            raise Error(f"{what} must be whole numbers below 2^63, not {array.max()}")
         if array.dtype.name not in (("int32", "int64") if integers else ("float32", "float64")):
             array = array.astype(np.int64 if integers else np.float64)
         return array if array.dtype.isnative else array.astype(array.dtype.newbyteorder("="))

@@ -8,6 +8,7 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tu
 
 import numpy as np
 
+from . import _calls
 from . import _library as lib
 
 
@@ -71,8 +72,8 @@ class Image:
 class Field:
     """A scalar field. Immutable; may be shared between threads."""
 
-    def __init__(self, handle: Any) -> None:
-        self._handle = handle
+    def __init__(self, handle: Any, failures: _calls.Failures) -> None:
+        self._handle, self._failures = handle, failures
         self.dimension: int = lib.library().curlew_field_dimension(handle)  #: 1 to 7
 
     def __del__(self) -> None:
@@ -98,8 +99,8 @@ class Field:
 class Flow:
     """A flow: a velocity field made from scalar fields. Immutable; may be shared between threads."""
 
-    def __init__(self, handle: Any, about: Dict[str, Any]) -> None:
-        self._handle = handle
+    def __init__(self, handle: Any, about: Dict[str, Any], failures: _calls.Failures) -> None:
+        self._handle, self._failures = handle, failures
         self.dimension: int = about["dimension"]  #: 2 to 7
         self.has_tracks: bool = about["tracks"]  #: whether fields() are constant along streamlines
         self.divergence_free: bool = about["divergence_free"]
@@ -133,7 +134,8 @@ def _evaluated(kind: str, what: Any, positions: Any, components: Any) -> Tuple[A
         for k, c in enumerate(components(dimension))
     ]
     views = [None if array is None else lib.array_of(array) for array in made]
-    lib.call(f"{kind}_evaluate", what._handle, lib.array_of(points), *views)
+    with _calls.ctrl_c_waits():
+        _calls.call(what._failures, f"{kind}_evaluate", what._handle, lib.array_of(points), *views)
     return made[0], made[1]
 
 

@@ -2,13 +2,12 @@
 """Sessions, which run programs."""
 
 import json
-import signal
 import threading
-from contextlib import contextmanager
-from typing import Any, Callable, Dict, Iterator, List, Mapping, Optional, Union
+from typing import Any, Callable, Dict, List, Mapping, Optional, Union
 
 import numpy as np
 
+from . import _calls
 from . import _library as lib
 from ._objects import Curves, Field, Flow, Grid, Image, Mesh, Points, Reader
 
@@ -19,30 +18,6 @@ Which = Union[int, str]
 
 def _proceed(_title: str, _fraction: float) -> bool:
     return False
-
-
-@contextmanager
-def _ctrl_c_cancels(cancel: Callable[[], Any], seen: List[Any]) -> Iterator[None]:
-    """While active, Ctrl-C calls `cancel`. Its usual effect follows afterwards.
-
-    An exception raised directly would be lost if a callback has just been entered, since nothing can catch it there.
-    """
-    usual = signal.getsignal(signal.SIGINT)
-    if not callable(usual) or threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def pressed(*what: Any) -> None:
-        seen.append(what)
-        cancel()
-
-    signal.signal(signal.SIGINT, pressed)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, usual)
-        if seen:
-            usual(*seen[0])
 
 
 #: The functions of fields. They are kept, since fields and flows made from them may outlive their session.
@@ -62,7 +37,7 @@ class Session:
         self.runs = 0  #: number of programs that were run
         self.turns = 0  #: number of runs and of frames that on_frame has seen; each discards the objects before it
         self._handle: Any = None
-        self._field_failures: List[BaseException] = []
+        self._failures = _calls.Failures()
         self._handle = lib.created("session_create")
 
     def close(self) -> None:
@@ -146,38 +121,40 @@ class Session:
         """Provides a field: `read NAME` in programs then makes it.
 
         Args:
-            function: called with positions, an (n, dimension) array of up to 64 rows, from any thread, one call at a
-                time. Returns the values, (n,), and their gradients, (n, dimension), at these positions, and always the
-                same at the same position. An exception ends the program and is raised from run().
+            function: called with positions, an (n, dimension) array of up to 64 rows, from any thread. Several threads
+                call it at a time if it gives up Python's lock, for instance to read a file or to evaluate a field; it
+                must guard what it changes. Returns the values, (n,), and their gradients, (n, dimension), at these
+                positions, and always the same at the same position. An exception ends the program or the evaluation,
+                and is raised from run() or from the method of the field or flow.
             dimension: 1 to 7.
 
         Raises Error if the gradients are not those of the values. Slower than a formula, since each call takes Python's
         lock.
         """
-        name = lib.plain(name, "the name")
-
-        failures = self._field_failures
+        failures, known = self._failures, str(name)
+        dimension = lib.whole(dimension, "the dimension of a field")
+        if not 1 <= dimension <= 7:
+            raise lib.Error(f"a field of {dimension} dimensions; give 1 to 7")
 
         def evaluate(_user: Any, count: int, positions: Any, values: Any, gradients: Any) -> int:
             try:
+                if _calls.refused():
+                    return 1
                 at = np.ctypeslib.as_array(positions, (count, dimension)).copy()
                 found, derivatives = function(at)
-                np.ctypeslib.as_array(values, (count,))[:] = found
+                np.ctypeslib.as_array(values, (count,))[:] = lib.numbers(found, "the field's values")
+                derivatives = lib.numbers(derivatives, "the field's gradients")
                 np.ctypeslib.as_array(gradients, (count, dimension))[:] = derivatives
                 return 0
             except BaseException as failure:  # pylint: disable=broad-except
-                failures.append(failure)
+                failures.found[known] = failure
                 return 1
 
         held = lib.FIELD_FUNCTION(evaluate)
         _FIELD_FUNCTIONS.append(held)
-        failures.clear()
-        try:
-            lib.call("provide_field", self.handle, name, dimension, held, None, len(_FIELD_FUNCTIONS))
-        except lib.Error:
-            if failures:
-                raise failures[0]
-            raise
+        arguments = self.handle, lib.plain(name, "the name"), dimension, held, None, len(_FIELD_FUNCTIONS)
+        with _calls.ctrl_c_waits():
+            _calls.call(failures, "provide_field", *arguments)
 
     def withdraw(self, name: str) -> None:
         """Withdraws what was provided under this name. Raises Error if there is nothing."""
@@ -243,7 +220,7 @@ class Session:
                     return 1 if stop or interrupts else 0
                 except BaseException as failure:  # pylint: disable=broad-except
                     failures.append(failure)
-                    lib.library().curlew_cancel(self._handle)
+                    self._ask_to_stop()
                     return 1
 
             return kind(called)
@@ -269,12 +246,11 @@ class Session:
         text = lib.plain(lib.graph_text(graph), "the program")
         self.runs += 1
         self.turns += 1
-        self._field_failures.clear()
+        arguments = self.handle, text, lib.plain(name, "its name"), callbacks
         try:
-            with _ctrl_c_cancels(self.cancel, interrupts):
-                lib.call(function, self.handle, text, lib.plain(name, "its name"), callbacks)
+            with _calls.ctrl_c_cancels(self.cancel, interrupts):
+                _calls.call(self._failures, function, *arguments, cancel=self._ask_to_stop)
         except lib.Error:
-            failures.extend(self._field_failures)
             if not failures:
                 raise
         if failures:
@@ -284,6 +260,9 @@ class Session:
         """Asks the running program to stop. May be called from any thread. Does nothing if no program is running."""
         lib.call("cancel", self.handle)
 
+    def _ask_to_stop(self) -> None:
+        lib.library().curlew_cancel(self._handle)
+
     @property
     def evaluated(self) -> List[str]:
         """The names of the nodes that the last run evaluated. The values of the others were reused."""
@@ -291,7 +270,7 @@ class Session:
 
     def _position(self, kind: int, which: Which) -> int:
         if not isinstance(which, str):
-            return which
+            return lib.whole(which, "the age of an object, if it is not a name,")
         found, position = lib.c_int32(), lib.c_int64()
         lib.call("find", self.handle, lib.plain(which, "the name"), lib.byref(found), lib.byref(position))
         if found.value != kind:
@@ -370,12 +349,13 @@ class Session:
 
     def field(self, age: Which = 0) -> Field:
         """Returns a field, by name or by age."""
-        return Field(lib.created("session_field", self.handle, self._position(lib.FIELD, age)))
+        return Field(lib.created("session_field", self.handle, self._position(lib.FIELD, age)), self._failures)
 
     def flow(self, age: Which = 0) -> Flow:
         """Returns a flow, by name or by age."""
         position = self._position(lib.FLOW, age)
-        return Flow(lib.created("session_flow", self.handle, position), self._read(lib.FLOW, position).about)
+        about = self._read(lib.FLOW, position).about
+        return Flow(lib.created("session_flow", self.handle, position), about, self._failures)
 
     def report(self) -> Dict[str, Any]:
         """Returns the measurements of the actions, by action."""

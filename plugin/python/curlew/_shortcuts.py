@@ -2,7 +2,10 @@
 """Common tasks in one call."""
 
 import json
+import os
 from typing import Any, Dict, Mapping, Optional, Tuple, Union
+
+import numpy as np
 
 from . import _library as lib
 from ._objects import Flow, Points
@@ -24,9 +27,10 @@ def registry() -> Dict[str, Any]:
 def read_isolated(on: bool = True) -> bool:
     """Sets whether files that could crash the library that reads them are read by a separate process; on by default.
 
-    These are .vdb with points, .nvdb, .exr, .gltf, .glb, .fbx and .dae. A damaged file then cannot crash this process. The setting applies to the whole process. It needs the command
-    `curlew`: the one that the environment variable CURLEW_READER names, or else the one beside the library or in the
-    bin/ of its installation. Returns whether a separate process now reads such files.
+    These are .vdb with points, .nvdb, .exr, .gltf, .glb, .fbx and .dae. A damaged file then cannot crash this process.
+    The setting applies to the whole process. It needs the command `curlew`: the one that the environment variable
+    CURLEW_READER names, or else the one beside the library or in the bin/ of its installation. Returns whether a
+    separate process now reads such files.
     """
     return bool(lib.library().curlew_read_isolated(int(on)))
 
@@ -74,23 +78,35 @@ class Program:
             return session.flow()
 
 
-def _options(options: Mapping[str, Any]) -> str:
-    def written(value: Any) -> str:
-        if isinstance(value, bool):
-            return str(int(value))
-        if isinstance(value, str):
-            return value
-        try:
-            return ",".join(repr(float(number)) for number in value)
-        except TypeError:
-            return repr(value) if isinstance(value, int) else repr(float(value))
+def _written(name: str, value: Any) -> str:
+    """Returns the value of an option as a program has it."""
+    if isinstance(value, (np.ndarray, np.generic)) and value.ndim == 0:
+        value = value.item()
+    if isinstance(value, (str, os.PathLike)):
+        return lib.plain(value, f"the option '{name}'").decode()
+    if isinstance(value, int):
+        return str(int(value))
+    if isinstance(value, float):
+        return repr(value)
+    try:
+        if isinstance(value, (bytes, bytearray, Mapping)):
+            raise TypeError
+        given = value if isinstance(value, np.ndarray) or not hasattr(value, "__iter__") else list(value)
+        return ",".join(repr(float(number)) for number in np.atleast_1d(lib.numbers(given, name)))
+    except (TypeError, lib.Error):
+        raise lib.Error(f"the option '{name}' must be text, numbers or a truth value, not {value!r}") from None
 
-    words = [f"{name}={written(value)}" for name, value in options.items()]
-    return "".join(f" '{word}'" if "'" not in word else f' "{word}"' for word in words)
+
+def _options(options: Mapping[str, Any]) -> str:
+    """Returns options as a program has them. Those that are None are left out."""
+    given = {name: _written(name, value) for name, value in options.items() if value is not None}
+    return "".join(" " + lib.quoted(f"{name}={value}", f"the option '{name}'") for name, value in given.items())
 
 
 def _text_of(program: Union[Program, str]) -> str:
     text = program.text if isinstance(program, Program) else program
+    if not isinstance(text, str):
+        raise lib.Error(f"the program must be text or a Program, not {type(text).__name__}")
     return text if text.endswith("\n") else text + "\n"
 
 
@@ -140,8 +156,7 @@ def velocity_grid(
     with Session() as session:
         for name, (points, faces) in (meshes or {}).items():
             session.provide_mesh(name, points, faces)
-        file = lib.escaped(str(path))
-        quote = "'" if "'" not in file else '"'
-        text = f"{_text_of(program)}velocity{_options(options)}\nwrite grid=0 {quote}{file}{quote}\n"
+        file = lib.quoted(lib.escaped(lib.plain(path, "the path").decode()), "the path")
+        text = f"{_text_of(program)}velocity{_options(options)}\nwrite grid=0 {file}\n"
         session.run(text, getattr(program, "name", "scene"), progress)
         return session.grids()[0]

@@ -328,6 +328,115 @@ def test_functions_of_fields_that_are_wrong(session):
         session.run("read later\ncheck samples=1000")
 
 
+def breakable(session):
+    """Provides a field "q" and returns it with a list: the function raises the first exception in it."""
+    broken = []
+
+    def function(x):
+        if broken:
+            raise broken[0]
+        return ripples(x)
+
+    session.provide_field("q", function)
+    session.run("read q\nnoise\ndfvn keep=1")
+    return session.field(1), broken
+
+
+def test_an_exception_of_a_fields_function_is_raised_where_it_is_evaluated(session):
+    field, broken = breakable(session)
+    flow = session.flow()
+    broken.append(KeyError("inside"))
+    for evaluate in (field.value, field.gradient, field.value_and_gradient, flow.velocity, flow.fields):
+        with pytest.raises(KeyError, match="inside") as error:
+            evaluate(np.zeros((1000, 3)))
+        assert error.value is broken[0]
+    assert not session._failures.found
+    session.close()
+    with pytest.raises(KeyError):
+        field.value(np.zeros((1, 3)))
+    broken.clear()
+    assert field.value(np.zeros((1, 3))) == 0
+
+
+def test_an_exception_that_was_handled_does_not_replace_the_end_of_the_run(session):
+    field, broken = breakable(session)
+
+    def on_frame(frame, same):
+        broken.append(ZeroDivisionError(frame))
+        with pytest.raises(ZeroDivisionError):
+            field.value(np.zeros((2, 3)))
+        broken.clear()
+        return frame == 2
+
+    with pytest.raises(curlew.Cancelled):
+        session.run("frames 1-3\nnoise\nslice width=4", on_frame=on_frame)
+    with pytest.raises(curlew.Error, match="no option"):
+        session.run("noise freqency=2")
+    session.run("read q")
+    assert not session._failures.found
+
+
+def test_results_of_a_fields_function_are_not_changed(session):
+    with pytest.raises(curlew.Error, match="values must be real numbers, not complex128"):
+        session.provide_field("q", lambda x: (x[:, 0] + 1j, 0 * x))
+    with pytest.raises(curlew.Error, match="gradients must be an array without masked"):
+        session.provide_field("q", lambda x: (x[:, 0], np.ma.masked_less(x, 0)))
+    with pytest.raises(curlew.Error, match="1 to 7"):
+        session.provide_field("q", ripples, dimension=2**32 + 3)
+    with pytest.raises(curlew.Error, match="whole number, not 2.5"):
+        session.provide_field("q", ripples, dimension=2.5)
+
+
+def test_numbers_that_would_change_are_refused(session):
+    origin = [[0, 0, 0]]
+    with pytest.raises(curlew.Error, match="ids must be whole numbers below"):
+        session.provide_points("p", origin, ids=np.array([2**63], np.uint64))
+    with pytest.raises(curlew.Error, match="positions must be real numbers, not complex128"):
+        session.provide_points("p", np.array(origin) + 1j)
+    with pytest.raises(curlew.Error, match="positions must be an array without masked entries"):
+        session.provide_points("p", np.ma.masked_equal(origin, 0))
+    with pytest.raises(curlew.Error, match="velocities must be real numbers, not datetime64"):
+        session.provide_points("p", origin, velocities=np.zeros((1, 3), "datetime64[s]"))
+    session.provide_points("p", np.ma.array(origin), ids=np.array([2**63 - 1], np.uint64))
+    session.run("read p")
+    assert session.points().ids.tolist() == [2**63 - 1]
+
+
+@pytest.mark.parametrize("age", [2**64, -(2**64), 1.5, None, b"a", [0]])
+def test_an_age_is_a_whole_number(session, age):
+    session.run("constant\nbake dim=4 box=0,0,0,1,1,1")
+    with pytest.raises(curlew.Error, match="age"):
+        session.grid(age)
+    assert session.grid(np.int64(0)).name == session.grid(0).name
+
+
+def test_options_of_any_type(tmp_path):
+    path = tmp_path / "v.vdb"
+    box = np.array([-1, -1, -1, 1, 1, 1], np.float32)
+    grid = curlew.velocity_grid(path, FLOW, dim=np.int64(8), staggered=np.True_, box=box, voxel=None)
+    assert grid["class"] == "staggered"
+    assert curlew.velocity_grid(path, FLOW, dim=np.array(8), staggered=np.False_)["class"] != "staggered"
+    for value in (b"8", 8j, [b"8"], object(), {}):
+        with pytest.raises(curlew.Error, match="the option 'dim' must be"):
+            curlew.velocity_grid(path, FLOW, dim=value)
+    with pytest.raises(curlew.Error, match="the program must be text or a Program, not dict"):
+        curlew.velocity_grid(path, {}, dim=8)
+
+
+def test_both_quotes_and_no_line_break(tmp_path):
+    name = "it's a \"name\""
+    grid = curlew.velocity_grid(tmp_path / f"{name}.vdb", FLOW, dim=8, name=name)
+    assert grid["name"] == name and [path.name for path in tmp_path.iterdir()] == [f"{name}.vdb"]
+    with pytest.raises(curlew.Error, match="the path must not contain a line break"):
+        curlew.velocity_grid(tmp_path / "a\nb.vdb", FLOW, dim=8)
+    with pytest.raises(curlew.Error, match="the option 'name' must not contain a line break"):
+        curlew.velocity_grid(tmp_path / "a.vdb", FLOW, dim=8, name="a\nquit")
+    with pytest.raises(curlew.Error, match="the path has a character that UTF-8 does not have"):
+        curlew.velocity_grid("\udcff.vdb", FLOW, dim=8)
+    with pytest.raises(curlew.Error, match="the path must be text, not bytes"):
+        curlew.velocity_grid(b"a.vdb", FLOW, dim=8)
+
+
 def test_a_grid_from_a_frame_cannot_be_read_after_the_frame(session):
     kept, values = [], []
 

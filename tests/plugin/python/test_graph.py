@@ -3,6 +3,7 @@
 
 import copy
 import json
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -118,6 +119,31 @@ def test_dicts_json_and_scenes_are_the_same_graph(session):
         curlew.translate(TEXT, "yaml")
     session.run_graph(edited(graph(), "seeds", count=np.int64(7), seed=np.float32(2)))  # NumPy scalars
     assert len(session.points("dust")) == 7
+
+
+def test_graphs_hold_mappings_and_paths(session, tmp_path):
+    file = tmp_path / "dust.csv"
+    nodes = [
+        MappingProxyType(node("dust", "scatter", box="0,0,0,1,1,1", count=np.int64(5))),
+        node("file", "write", MappingProxyType({"what": "dust"}), words=[file]),
+    ]
+    for run in (session.run, session.run_graph):
+        run(MappingProxyType({"curlew": 1, "nodes": nodes}))
+        assert len(session.points("dust")) == 5
+        file.unlink()
+
+
+@pytest.mark.parametrize("word", [b"dust.csv", np.bytes_(b"dust.csv"), {1, 2}, 1j, object()])
+def test_what_no_graph_can_hold_is_refused(session, word):
+    with pytest.raises(curlew.Error, match="a graph must contain text, numbers, lists and dicts"):
+        session.run_graph({"curlew": 1, "nodes": [node("file", "write", words=[word])]})
+
+
+@pytest.mark.parametrize("program", [b"noise", None, 5, ["noise"]])
+def test_a_program_of_another_type_is_refused(session, program):
+    for run in (session.run, session.run_graph):
+        with pytest.raises(curlew.Error, match="a program must be text or a dict"):
+            run(program)
 
 
 def test_text_goes_on_from_what_a_graph_has_left(session):

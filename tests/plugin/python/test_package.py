@@ -143,6 +143,109 @@ def test_ctrl_c_does_what_it_did_before():
     assert len(seen) == 2
 
 
+def pressing(session):
+    """Provides a field and returns it with a list: while it has an entry, the field's function presses Ctrl-C."""
+    pressed = []
+
+    def function(x):
+        if pressed and threading.current_thread() is threading.main_thread():
+            pressed.append("before")
+            signal.raise_signal(signal.SIGINT)
+            pressed.append("after")
+        return x.sum(1), np.ones_like(x)
+
+    session.provide_field("q", function)
+    session.run("read q\nnoise\ndfvn keep=1")
+    return session.field(1), pressed
+
+
+@pytest.mark.parametrize("count", [1, 100000])
+def test_ctrl_c_ends_an_evaluation(session, count):
+    field, pressed = pressing(session)
+    positions = np.ones((count, 3))
+    for evaluate in (field.value, session.flow().velocity):
+        pressed[:] = [True]
+        with pytest.raises(KeyboardInterrupt):
+            evaluate(positions)
+        # No exception is raised in the function, since it would be lost just outside of it. It is not called again.
+        assert pressed == [True, "before", "after"]
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    pressed.clear()
+    assert (field.value(positions) == 3).all()
+
+
+def test_ctrl_c_without_an_exception_does_not_end_an_evaluation(session):
+    usual, seen = signal.getsignal(signal.SIGINT), []
+    field, pressed = pressing(session)
+    signal.signal(signal.SIGINT, lambda *_: seen.append(1))
+    try:
+        pressed.append(True)
+        assert field.value(np.ones((1, 3))) == 3
+    finally:
+        signal.signal(signal.SIGINT, usual)
+    assert seen == [1]
+
+
+def test_ctrl_c_in_an_evaluation_ends_the_program_around_it(session):
+    field, pressed = pressing(session)
+
+    def on_frame(frame, same):
+        pressed.append(True)
+        field.value(np.ones((1, 3)))
+        pressed.clear()
+
+    with pytest.raises(KeyboardInterrupt):
+        session.run("frames 1-1000000\nnoise\nslice width=4", on_frame=on_frame)
+
+
+DAEMON = """
+import threading
+import curlew
+import numpy as np
+
+begun = threading.Event()
+
+def begin(*_):
+    begun.set()
+
+def function(x):
+    if threading.current_thread() is not threading.main_thread():
+        begun.set()
+    return x.sum(1), np.ones_like(x)
+
+session = curlew.Session()
+session.provide_field("q", function)
+session.run("read q")
+field = session.field()
+
+def work():
+    while True:
+        try:
+            {work}
+        except Exception:
+            pass  # begins again
+
+threading.Thread(target=work, daemon=True).start()
+begun.wait()
+raise SystemExit(3)
+"""
+
+
+@pytest.mark.parametrize(
+    "work",
+    [
+        f"session.run({FLOW + ENDLESS!r}, progress=begin)",
+        "session.run('frames 1-1000000\\nnoise\\nslice width=4', on_frame=begin)",
+        "session.run('frames 1-1000000\\nnoise\\nslice width=4', on_message=print, on_frame=begin)",
+        f"session.run({'read q' + chr(10) + FLOW.split(chr(10), 1)[1] + ENDLESS!r})",
+        "field.value(np.zeros((10**6, 3)))",
+    ],
+)
+def test_daemon_threads_do_not_abort_the_end_of_the_process(work):
+    done = subprocess.run([sys.executable, "-B", "-c", DAEMON.replace("{work}", work)], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (3, "")
+
+
 def test_another_thread_can_cancel(session):
     started = threading.Event()
     session.run(FLOW)
