@@ -255,6 +255,9 @@ TEST_CASE("flow actions: unsuitable inputs are errors that say why", "[app][comm
     folder.mustFail(kTwo + "-curl", {"-curl", "x=", "shift="});
     folder.mustFail("-noise dimensions=2 -noise -noise -curl", {"-curl", "all have 2 or all have 3"});
     folder.mustFail("-noise type=simplex dimensions=4 -curl shift=1", {"-curl", "3 dimensions"});
+    // The same noise twice: the flow would only move in the layer of the wall.
+    folder.mustFail("-noise -noise -dfvn", {"-dfvn", "two different fields (seeds)"});
+    folder.mustFail("-sphere -noise -noise -bound -dfvn", {"-dfvn", "the same noise", "fields (seeds)"});
     folder.mustFail("-sphere -surface", {"-surface", "a field", "none"});
     folder.mustFail("-noise -surface", {"-surface", "a shape", "none"});
     folder.mustFail(kTwo + "-dfvn -reshape", {"-reshape", "maxSpeed="});

@@ -194,6 +194,7 @@ TEST_CASE("Graph: names are letters and digits and unique", "[app]") {
     CHECK(graph.nodes[1].name == "noise_2");
     CHECK(unusedName(graph, "noise") == "noise_3");
     CHECK(unusedName(graph, "wind") == "wind");
+    CHECK(unusedName(graphOf("noise\nnoise as=noise_3\nnoise as=noise_b\nnoise as=noises"), "noise") == "noise_2");
 }
 
 TEST_CASE("Graph: a name stays with an object that is changed", "[app]") {

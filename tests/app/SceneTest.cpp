@@ -44,6 +44,14 @@ std::map<std::string, std::string> filesIn(const Folder& folder) {
 
 } // namespace
 
+TEST_CASE("print action: graph=1 prints the program once, although it has frames", "[app][command]") {
+    const Folder folder;
+    const std::string printed = folder.mustRun("-frames 1-3 -noise -noise seed=1 -dfvn -print graph=1").out;
+    CHECK(printed.find("frames") == printed.rfind("frames"));
+    test::store(folder / "again.txt", printed);
+    CHECK(folder.mustRun("-config again.txt").out == printed);
+}
+
 TEST_CASE("sceneOf: omits names if the newest objects are meant", "[app]") {
     const std::string plain =
         "torus radius=1 tube=0.25\nnoise\nnoise seed=1\ndfvn speed=1\nvelocity dim=8\nwrite \"it's a.vdb\" '#1.vdb' "

@@ -76,6 +76,8 @@ TEST_CASE("Session: a program continues with the objects of the previous one", "
     whole.run("noise\nnoise seed=1\nscatter box=-1,-1,-1,1,1,1 count=20\ndfvn\nadvect duration=0.1 steps=2");
     CHECK(test::pointsOf(apart.session).x == test::pointsOf(whole.session).x);
     CHECK(countOf(apart.session, Kind::flow) == 1);
+    CHECK(sceneOf(apart.graph("noise seed=2\nslice width=4")) == "noise seed=2\nslice width=4\n");
+    CHECK(sceneOf(apart.graph("noise\nvelocity dim=4")) == "noise\nvelocity dim=4\n"); // of the earlier flow
     apart.session.clear();
     CHECK(apart.session.objects().empty());
     CHECK_THROWS_AS(apart.run("velocity"), ValueError);

@@ -205,7 +205,7 @@ class Import(unittest.TestCase):
 
     def test_what_is_shared_kept_and_chosen_by_age(self):
         self.agree(
-            "sphere radius=0.6\nnoise frequency=2\nnoise seed=1\nbound keep=1\ndfvn speed=1\n"
+            "sphere radius=0.6\nnoise frequency=2\nnoise seed=1\nbound keep=1\ndfvn f=noise speed=1\n"
             "sphere radius=0.3\nnoise seed=3\nnoise seed=4\nbound side=outside\ndfvn\n"
             "scatter count=50 seed=1\nscatter count=60 seed=2\nwrite geo=1 old.csv\nadvect steps=2\nwrite new.csv\n"
             "velocity dim=16 density=1 potentials=1\nwrite grid=0,1,3 three.vdb\ntrace geo=1 maxLength=1\nwrite c.obj c.csv\n",

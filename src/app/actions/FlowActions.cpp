@@ -149,11 +149,20 @@ Input potentialInput(std::string name, size_t first, size_t last, std::string he
     return input;
 }
 
-/// Returns the box of a grid among the potentials of a flow. There is no flow beyond.
-std::optional<Box> boxOfGrid(const std::vector<FieldValue>& potentials) {
-    for (const FieldValue& field : potentials)
-        if (field.sampled) return field.sampled->box;
-    return std::nullopt;
+/// Returns the box of the grids among the potentials of a flow: where they overlap. There is no flow beyond.
+std::optional<Box> boxOfGrids(const std::vector<FieldValue>& potentials) {
+    std::optional<Box> common;
+    for (const FieldValue& field : potentials) {
+        if (!field.sampled) continue;
+        const Box box = field.sampled->box;
+        if (!common) common = box;
+        for (int axis = 0; axis < 3; ++axis) {
+            common->lower[axis] = std::max(common->lower[axis], box.lower[axis]);
+            common->upper[axis] = std::min(common->upper[axis], box.upper[axis]);
+            if (!(common->lower[axis] < common->upper[axis])) return std::nullopt;
+        }
+    }
+    return common;
 }
 
 /// Returns the box around the surface of which g is the distance. The flow follows it and all other level sets of g.
@@ -162,6 +171,20 @@ std::optional<Box> boxAlong(const FieldValue& g) {
     if (!shape) return std::nullopt;
     const Vec3d size = shape->size();
     return shape->padded(0.1 * std::max({size[0], size[1], size[2]}));
+}
+
+/// Throws ValueError if f and g are the same noise and one of them is bound to a wall. The flow would only move in the
+/// layer.
+void requireDifferent(const Context& c, const FieldValue& f, const FieldValue& g, const Box& box) {
+    if (!f.free && !g.free) return;
+    const auto noise = [](const FieldValue& field) { return inSpace(field.free ? *field.free : field.field); };
+    try {
+        movingSpeedOf(Flow(noise(f), noise(g), Domain{.box = box, .wall = {}}), c.follow("comparing the noises"));
+    } catch (const ValueError&) {
+        throw ValueError(
+            "f and g are the same noise, so the flow would only move in the layer of the wall; use two different "
+            "fields (seeds)");
+    }
 }
 
 void dfvn(Context& c, const Arguments& a) {
@@ -183,8 +206,9 @@ void dfvn(Context& c, const Arguments& a) {
     const auto wall = wallOf(fields);
     Domain domain = domainOf(a, wall ? std::optional(inSpace(*wall)) : std::nullopt, paddingOf(a));
     if (!a.given("box") && !domain.wall)
-        if (const auto box = boxAlong(fields[1]), grid = boxOfGrid(fields); box || grid)
+        if (const auto box = boxAlong(fields[1]), grid = boxOfGrids(fields); box || grid)
             domain.box = box ? *box : *grid;
+    requireDifferent(c, fields[0], fields[1], domain.box);
     giveFlow(c, a, onLevelSets(a, Flow(inSpace(fields[0].field), inSpace(fields[1].field), domain)));
 }
 
@@ -217,7 +241,7 @@ void curl(Context& c, const Arguments& a) {
     const double shift = a.real("shift");
     const auto fields = fieldsOf(c, a.action());
     Domain domain = domainOf(a, wallOfPotentials(fields));
-    if (const auto grid = boxOfGrid(fields); grid && !a.given("box") && !domain.wall) domain.box = *grid;
+    if (const auto grid = boxOfGrids(fields); grid && !a.given("box") && !domain.wall) domain.box = *grid;
     const auto noise = [&](size_t k) -> const AnyField& {
         return fields.at(k).free ? *fields[k].free : fields[k].field;
     };

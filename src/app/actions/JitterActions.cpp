@@ -19,7 +19,10 @@ const Binding<JitteredLatticeOptions>& jitterBinding() {
     static const auto binding =
         Binding<JitteredLatticeOptions>()
             .add(
-                integer("count", "", 1, 1e15, "approximate number of points"), [](auto& o) -> auto& { return o.count; })
+                integer(
+                    "count", "", 1, 1e15,
+                    "number of points, as near as a lattice in the box allows: in 7D up to five times more or fewer"),
+                [](auto& o) -> auto& { return o.count; })
             .addOptional(
                 instead(positive("spacing", "", "world units", "spacing of the lattice, instead of count="), {"count"}),
                 [](auto& o) -> auto& { return o.spacing; })

@@ -8,6 +8,9 @@
 #include "curlew/base/Memory.h"
 #include "curlew/vdb/Openvdb.h"
 
+#include <memory>
+#include <utility>
+
 namespace curlew::app {
 
 namespace {
@@ -69,7 +72,10 @@ std::string described(const Value& value) {
 }
 
 void printValues(Context& c, const Arguments& a) {
-    if (a.flag("graph")) return c.console().print(sceneOf(c.graph()));
+    if (a.flag("graph")) {
+        if (!std::exchange(c.memory().object, std::make_shared<bool>(true))) c.console().print(sceneOf(c.graph()));
+        return; // once, and not in every frame
+    }
     const std::vector<std::pair<const char*, std::vector<Kind>>> stacks{
         {"field", {Kind::field}},
         {"flow", {Kind::flow}},

@@ -111,14 +111,21 @@ bool isNodeName(std::string_view name) {
 }
 
 std::string unusedName(const Graph& graph, const std::string& wanted) {
-    const auto used = [&](const std::string& name) {
-        return graph.find(name) ||
-               std::any_of(graph.states.begin(), graph.states.end(), [&](const State& s) { return s.name == name; }) ||
-               std::any_of(graph.given.begin(), graph.given.end(), [&](const Given& g) { return g.name == name; });
+    bool used = false;
+    std::vector<bool> numbers(graph.nodes.size() + graph.states.size() + graph.given.size() +
+                              3); // wanted_2, wanted_3 …
+    const auto note = [&](const std::string& name) {
+        if (!name.starts_with(wanted)) return;
+        used = used || name.size() == wanted.size();
+        if (name.size() < wanted.size() + 2 || name[wanted.size()] != '_') return;
+        if (const auto k = wholeNumber(std::string_view(name).substr(wanted.size() + 1)))
+            if (static_cast<size_t>(*k) < numbers.size()) numbers[static_cast<size_t>(*k)] = true;
     };
-    std::string name = wanted;
-    for (int k = 2; used(name); ++k) name = fmt::format("{}_{}", wanted, k);
-    return name;
+    for (const Node& node : graph.nodes) note(node.name);
+    for (const State& state : graph.states) note(state.name);
+    for (const Given& given : graph.given) note(given.name);
+    if (!used) return wanted;
+    return fmt::format("{}_{}", wanted, std::find(numbers.begin() + 2, numbers.end(), false) - numbers.begin());
 }
 
 std::vector<Object> outputsOf(const Arguments& arguments, const std::vector<std::vector<Object>>& inputs,

@@ -16,7 +16,8 @@ namespace {
 /// by name only if the stacks would give another object.
 class SceneWriter {
   public:
-    SceneWriter(const Graph& graph, std::set<std::string> named) : mGraph(graph), mNamed(std::move(named)) {}
+    SceneWriter(const Graph& graph, std::set<std::string> named)
+        : mGraph(graph), mNamed(std::move(named)), mReading{.registry = mNoActions, .given = graph.given} {}
 
     std::string text() {
         for (size_t k = 0; k < mGraph.frames; ++k) line(k);
@@ -125,7 +126,7 @@ class SceneWriter {
     const Graph& mGraph;
     std::set<std::string> mNamed, mUsed;
     Registry mNoActions;
-    Reading mReading{.registry = mNoActions};
+    Reading mReading;
     Builder mBuilder{mReading};
     std::map<Link, Link> mLinks;
     std::string mText;
