@@ -22,7 +22,8 @@ points = numpy.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [
 faces = numpy.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
 """
 
-LIMITS = {"count": 300, "rate": 500, "dim": 64, "width": 100, "height": 100, "smooth": 0, "duration": 0.3}
+COARSER = 2  # factor by which voxel sizes grow
+LIMITS = {"count": 300, "rate": 200, "dim": 64, "width": 100, "height": 100, "smooth": 0, "duration": 0.3}
 # Actions that are always given a size, the option, its limit, and the options that determine the size as well.
 SIZED = (("mesh2ls|union", "dim", 40, "voxel="), ("lic|shade|slice|splat", "width", 100, "over="))
 
@@ -48,7 +49,7 @@ def commands(text):
 
 
 def reduced(command):
-    """Returns the command with options within LIMITS and SIZED."""
+    """Returns the command with options within LIMITS and SIZED, and larger voxels."""
 
     def within(limit):
         return lambda option: f"{option[1]}={min(float(option[2]), limit or LIMITS[option[1]]):g}"
@@ -57,6 +58,7 @@ def reduced(command):
         words = re.sub(rf"\b({size})=([0-9][0-9.e+]*)", within(limit), action[0])
         return words if re.search(f"{size}=|{others}", words) else words.replace(action[1], f"{action[1]} {size}={limit}", 1)
 
+    command = re.sub(r"\bvoxel=([0-9][0-9.]*)", lambda size: f"voxel={COARSER * float(size[1]):g}", command)
     command = re.sub(rf"\b({'|'.join(LIMITS)})=([0-9][0-9.e+]*)", within(None), command)
     for actions, *size in SIZED:
         command = re.sub(rf"(?<= )(-(?:{actions}))\b(?: (?!-[a-z]).*?)?(?= -[a-z]|$)", lambda action: sized(action, *size), command,
