@@ -99,7 +99,8 @@ TEST_CASE("reshaped: keeps directions and is nowhere faster", "[flow]") {
 
 TEST_CASE("reshaped: no streamline is faster than the limit", "[flow]") {
     // The greatest speed of each streamline is estimated from 2^20 samples, some hundred in each of 96² bins, and what
-    // is found by climbing from the fastest of each bin, as the largest of the surrounding 7² bins.
+    // is found by climbing from the fastest of each bin, as the largest of the surrounding 7² bins. One
+    // in 50,000 points may be missed: of 300,000 one was, by 1.9 %.
     struct Case {
         const char* name;
         Flow flow;

@@ -37,8 +37,7 @@ ScalarFieldN<N> placed(const ScalarFieldN<N>& field, const PlacementN<N>& placem
 inline ScalarField placed(const ScalarField& field, const Placement& placement) { return placed<3>(field, placement); }
 
 /// Returns a box that contains the transformed one. If there is a rotation, it is a cube that does so for every
-/// rotation, so that an animated one does not change it. A box that is infinite in any
-/// direction stays as it is.
+/// rotation, so that an animated one does not change it. A box that is infinite in any direction stays as it is.
 template <int N>
 BoxN<N> placed(const BoxN<N>& box, const PlacementN<N>& placement);
 

@@ -9,8 +9,8 @@ namespace curlew {
 struct ReshapeOptions {
     /// The maximum speed of every streamline, in world units per second; 0: no limit. Each streamline is slowed as a
     /// whole, in proportion to its maximum speed, which is found by sampling the domain and climbing from the fastest
-    /// samples. The result is smoothed conservatively. Small regions of high speed may be missed: in noise, with and
-    /// without a wall, 1 of 300,000 positions was faster, by 2 %.
+    /// samples. The result is smoothed conservatively. Small regions of high speed may be missed: in one of four
+    /// flows of noise, 1 of 300,000 positions was faster, by 2 %.
     double limit = 0;
     /// Only streamlines with f and g in these intervals move. Inside an interval they fade in over `softness` of its
     /// length at each end; at most 1/2. If an end is infinite, the length is that of the values in the interval that
