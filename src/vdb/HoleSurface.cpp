@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "HoleSurface.h"
 
-#include "SolidBoundary.h"
+#include "SolidWinding.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/Openvdb.h"
 
@@ -32,7 +32,7 @@ Coord along(Coord voxel, int axis, int by) {
 }
 
 bool crossed(double w0, double w1) {
-    return SolidBoundary::isInside(w0) != SolidBoundary::isInside(w1) && std::abs(w0 - w1) < kJump;
+    return SolidWinding::isInside(w0) != SolidWinding::isInside(w1) && std::abs(w0 - w1) < kJump;
 }
 
 /// Returns the minimum corners of the four cells around an edge.

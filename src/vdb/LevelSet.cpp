@@ -25,6 +25,16 @@ LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, SolidOptions options, 
     return solidOf(std::move(mesh), options, monitor).levelSet;
 }
 
+namespace {
+
+openvdb::FloatGrid::Ptr withBackground(const openvdb::FloatGrid& grid, float background) {
+    auto copy = grid.deepCopy();
+    openvdb::tools::changeLevelSetBackground(copy->tree(), background);
+    return copy;
+}
+
+} // namespace
+
 LevelSet levelSetOf(const openvdb::GridBase::ConstPtr& grid) {
     const auto floats = openvdb::GridBase::grid<openvdb::FloatGrid>(grid);
     if (!floats)
@@ -39,11 +49,17 @@ LevelSet levelSetOf(const openvdb::GridBase::ConstPtr& grid) {
     if (!(floats->background() > 0) || !std::isfinite(floats->background()))
         throw ValueError(fmt::format("level set '{}' has background {}; it must be positive", grid->getName(),
                                      floats->background()));
+    float greatest = 0;
     for (auto leaf = floats->tree().cbeginLeaf(); leaf; ++leaf)
-        for (auto value = leaf->cbeginValueOn(); value; ++value)
+        for (auto value = leaf->cbeginValueOn(); value; ++value) {
             if (!std::isfinite(*value))
                 throw ValueError(fmt::format("level set '{}' has values that are not finite", grid->getName()));
+            greatest = std::max(greatest, std::abs(*value));
+        }
     if (!enclosesSomething(*floats)) throw ValueError(fmt::format("level set '{}' encloses nothing", grid->getName()));
+    const auto most = greatest + static_cast<float>(voxel[0]);
+    if (greatest > 0 && floats->background() > std::max(2 * greatest, most))
+        return {withBackground(*floats, most), nullptr};
     return {floats, nullptr};
 }
 

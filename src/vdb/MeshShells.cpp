@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "MeshShells.h"
 
-#include "SolidBoundary.h"
 #include "SolidChecks.h"
+#include "SolidWinding.h"
 #include "WindingMoments.h"
 #include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <span>
 
@@ -20,13 +21,21 @@ using openvdb::Index32;
 constexpr size_t kMinFaces = 4;  ///< No closed shell has fewer.
 constexpr size_t kExamined = 32; ///< Triangles of a shell.
 
+/// Returns the k-th of the triangles to examine, k < kExamined. Steps of the golden ratio, since equal ones may meet
+/// the same place of each ring of faces.
+size_t examined(size_t k, size_t faces) {
+    if (faces <= kExamined) return k;
+    const double turns = static_cast<double>(k) * (std::numbers::phi - 1);
+    return static_cast<size_t>((turns - std::floor(turns)) * static_cast<double>(faces));
+}
+
 /// Returns whether both sides of a triangle are inside the solid.
-bool isHidden(const Mesh& mesh, size_t face, const WindingNumber& winding) {
+bool isHidden(const Mesh& mesh, size_t face, const SolidWinding& winding) {
     const winding::Triangle triangle = winding::triangleOf(mesh, face);
     const double size = std::sqrt(length(triangle.area()));
     if (!(size > 0)) return true;
     const auto [above, below] = winding.beside(triangle.middle(), triangle.area() * (1e-3 / size));
-    return SolidBoundary::isInside(above) && SolidBoundary::isInside(below);
+    return SolidWinding::isInside(above) && SolidWinding::isInside(below);
 }
 
 } // namespace
@@ -74,12 +83,12 @@ double outsideOthers(const Mesh& mesh, std::span<const size_t> faces, bool inwar
     const size_t count = std::min(faces.size(), kExamined);
     size_t outside = 0;
     for (size_t k = 0; k < count; ++k) {
-        const winding::Triangle triangle = winding::triangleOf(mesh, faces[k * faces.size() / count]);
+        const winding::Triangle triangle = winding::triangleOf(mesh, faces[examined(k, faces.size())]);
         const double size = std::sqrt(length(triangle.area()));
         if (!(size > 0)) continue;
         const auto [above, below] = winding.beside(triangle.middle(), triangle.area() * (1e-3 / size));
         const double others = 0.5 * (above + below) + (inward ? 0.5 : -0.5); // without the shell itself
-        outside += SolidBoundary::isInside(others) ? 0 : 1;
+        outside += SolidWinding::isInside(others) ? 0 : 1;
     }
     return static_cast<double>(outside) / static_cast<double>(count);
 }
@@ -96,6 +105,28 @@ std::vector<double> volumesOf(const Mesh& mesh, const MeshShells& shells) {
         volumes[shells.ofTriangle[n]] += p.dot(q.cross(r)) / 6;
     }
     return volumes;
+}
+
+/// Returns which shells are open: those with edges that are not used equally often in both directions.
+std::vector<bool> openShells(const Mesh& mesh, const MeshShells& shells) {
+    std::vector<bool> unbalanced(mesh.points.size(), false), open(shells.count, false);
+    for (const Index32 vertex : unbalancedEdges(mesh)) unbalanced[vertex] = true;
+    for (size_t face = 0; face < mesh.triangles.size(); ++face)
+        for (int k = 0; k < 3; ++k)
+            if (unbalanced[mesh.triangles[face][k]]) open[shells.ofTriangle[face]] = true;
+    return open;
+}
+
+/// Returns whether a shell lies within those of `winding`: w is 1/2 on average, and more than 1/4 nearly everywhere.
+bool isWithin(const Mesh& mesh, std::span<const size_t> faces, const WindingNumber& winding) {
+    const size_t count = std::min(faces.size(), kExamined);
+    double sum = 0, outside = 0;
+    for (size_t k = 0; k < count; ++k) {
+        const double w = winding.at(winding::triangleOf(mesh, faces[examined(k, faces.size())]).middle());
+        sum += w;
+        outside += w > 0.25 ? 0 : 1;
+    }
+    return sum > 0.5 * static_cast<double>(count) && outside <= 0.1 * static_cast<double>(count);
 }
 
 } // namespace
@@ -123,7 +154,28 @@ size_t turnProtruding(Mesh& mesh, const Monitor& monitor) {
     return turned;
 }
 
-FilledShells filledShells(const Mesh& mesh, const WindingNumber& winding, const Monitor& monitor) {
+Mesh closedBesideOpen(const Mesh& mesh, const Monitor& monitor) {
+    const MeshShells shells = shellsOf(mesh);
+    if (shells.count < 2) return {};
+    const std::vector<bool> isOpen = openShells(mesh, shells);
+    Mesh open{.points = mesh.points, .triangles = {}, .quads = {}}, closed = open;
+    for (size_t face = 0; face < mesh.triangles.size(); ++face)
+        if (isOpen[shells.ofTriangle[face]]) open.triangles.push_back(mesh.triangles[face]);
+    if (open.triangles.empty() || open.triangles.size() == mesh.triangles.size()) return {};
+    const WindingNumber winding(open, monitor);
+    const std::vector<double> volumes = volumesOf(mesh, shells);
+    const ByShell triangles(shells);
+    for (size_t shell = 0; shell < shells.count; ++shell) {
+        const auto faces = triangles.of(shell);
+        if (isOpen[shell] || faces.size() < kMinFaces) continue;
+        monitor.check();
+        if (volumes[shell] < 0 && isWithin(mesh, faces, winding)) continue;
+        for (const size_t face : faces) closed.triangles.push_back(mesh.triangles[face]);
+    }
+    return closed;
+}
+
+FilledShells filledShells(const Mesh& mesh, const SolidWinding& winding, const Monitor& monitor) {
     const MeshShells shells = shellsOf(mesh);
     if (shells.count < 2) return {};
     const ByShell triangles(shells);
@@ -133,9 +185,8 @@ FilledShells filledShells(const Mesh& mesh, const WindingNumber& winding, const 
         if (faces.size() < kMinFaces) continue;
         monitor.check();
         bool hidden = true;
-        const size_t examined = std::min(faces.size(), kExamined);
-        for (size_t k = 0; k < examined && hidden; ++k)
-            hidden = isHidden(mesh, faces[k * faces.size() / examined], winding);
+        for (size_t k = 0; k < std::min(faces.size(), kExamined) && hidden; ++k)
+            hidden = isHidden(mesh, faces[examined(k, faces.size())], winding);
         if (!hidden) continue;
         Mesh part{.points = mesh.points, .triangles = {}, .quads = {}};
         for (const size_t face : faces) part.triangles.push_back(mesh.triangles[face]);

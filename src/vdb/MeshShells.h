@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "curlew/vdb/WindingNumber.h"
+#include "SolidWinding.h"
+#include "curlew/vdb/MeshFile.h"
 
 #include <cstdint>
 
@@ -21,6 +22,12 @@ MeshShells shellsOf(const Mesh& mesh);
 /// tenth must be outside the others.
 size_t turnProtruding(Mesh& mesh, const Monitor& monitor);
 
+/// Returns the closed shells of a triangle mesh that also has open ones, without cavities of the open ones. A cavity is
+/// a shell whose faces point inward, with w > 1/2 on average and w > 1/4 on nine in ten of up to 32 of its triangles, w
+/// of the open shells together. Returns a mesh without faces if there are none, or if no shell is open. A shell is
+/// closed if each edge is used equally often in both directions.
+Mesh closedBesideOpen(const Mesh& mesh, const Monitor& monitor);
+
 /// Closed shells that lie inside a solid and bound nothing.
 struct FilledShells {
     size_t count = 0, faces = 0;
@@ -29,6 +36,6 @@ struct FilledShells {
 
 /// Finds the closed shells of a triangle mesh that bound nothing since both of their sides are inside the solid |w| >
 /// 1/2. Up to 32 triangles of each shell are examined; all must lie inside.
-FilledShells filledShells(const Mesh& mesh, const WindingNumber& winding, const Monitor& monitor);
+FilledShells filledShells(const Mesh& mesh, const SolidWinding& winding, const Monitor& monitor);
 
 } // namespace curlew

@@ -9,6 +9,7 @@
 #include "PartThickness.h"
 #include "SolidBoundary.h"
 #include "SolidChecks.h"
+#include "SolidFaces.h"
 #include "SolidSigns.h"
 #include "VoxelSize.h"
 #include "curlew/base/Memory.h"
@@ -125,24 +126,18 @@ FloatGrid::Ptr judged(const Mesh& faces, const openvdb::math::Transform& transfo
 FloatGrid::Ptr solidOfTriangles(const Mesh& mesh, const MeshTopology& topology,
                                 const openvdb::math::Transform& transform, double halfWidth, SolidFigures& figures,
                                 double& area, const Monitor& monitor) {
-    const auto manifold = [](const MeshTopology& t) { return t.closed() && t.nonManifoldEdges == 0; };
-    const bool plain = manifold(topology);
-    Mesh triangles = plain ? inTriangles(mesh) : distinctTriangles(mesh, figures.duplicateFaces);
-    const MeshTopology joined = plain ? topology : topologyOf(triangles);
-    figures.boundaryEdges = joined.boundaryEdges;
-    bool oriented = joined.closed() && isOriented(triangles);
-    if (!oriented) {
-        figures.reversedFaces = orient(triangles);
-        oriented = figures.reversedFaces > 0 && joined.closed() && isOriented(triangles);
-    }
-    if (oriented) figures.turnedShells = turnProtruding(triangles, monitor.quiet());
-    if (oriented && manifold(joined)) {
-        if (auto grid = closedLevelSet(triangles, transform, halfWidth, figures.turned, monitor)) {
-            area = areaOf(triangles);
+    const SolidFaces faces = solidFacesOf(mesh, topology, monitor.quiet());
+    figures.duplicateFaces = faces.duplicates;
+    figures.boundaryEdges = faces.boundaryEdges;
+    figures.reversedFaces = faces.reversed;
+    figures.turnedShells = faces.turnedShells;
+    if (faces.oriented && faces.manifold) {
+        if (auto grid = closedLevelSet(faces.triangles, transform, halfWidth, figures.turned, monitor)) {
+            area = areaOf(faces.triangles);
             return grid;
         }
     }
-    return judged(triangles, transform, halfWidth, oriented, figures, area, monitor);
+    return judged(faces.triangles, transform, halfWidth, faces.oriented, figures, area, monitor);
 }
 
 /// Makes a sheet: the distance to the mesh minus half the thickness.

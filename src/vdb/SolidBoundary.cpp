@@ -33,8 +33,8 @@ void SolidBoundary::computeNear(const Mesh& mesh, const Monitor& monitor) {
     size_t undecided = 0, positive = 0, negative = 0;
     for (auto w = mKnown.cbeginValueOn(); w; ++w) {
         const double size = std::abs(static_cast<double>(*w));
-        undecided += size > 0.1 && size < 0.9;
-        if (isInside(static_cast<double>(*w))) ++(*w > 0 ? positive : negative);
+        undecided += size > 0.25 && size < 0.75;
+        if (SolidWinding::isInside(static_cast<double>(*w))) ++(*w > 0 ? positive : negative);
     }
     mUndecided = static_cast<double>(undecided) / static_cast<double>(std::max<size_t>(voxels.size(), 1));
     mTurned = negative > positive;
@@ -53,8 +53,12 @@ void SolidBoundary::compute(const std::vector<Coord>& voxels, const Monitor& mon
 
 void SolidBoundary::sortFaces(const Mesh& mesh, const Monitor& monitor) {
     const auto bounds = [this](const Vec3d& position, const Vec3d& step) {
-        const auto [above, below] = mWinding.beside(position, step);
-        return isInside(above) != isInside(below);
+        auto [above, below] = mWinding.beside(position, step);
+        // Beside a sheet, both are 1/2, give or take the error of beside(), which is greater than that of at().
+        const auto isClose = [](double w) { return std::abs(std::abs(w) - 0.5) < 0.01; };
+        if (isClose(above) || isClose(below))
+            above = mWinding.at(position + step), below = mWinding.at(position - step);
+        return SolidWinding::isInside(above) != SolidWinding::isInside(below);
     };
     FacePieces pieces(mesh, mTransform.voxelSize()[0], bounds, monitor);
     mHidden = pieces.hidden();
@@ -80,7 +84,8 @@ std::vector<uint8_t> SolidBoundary::inside(const std::vector<Coord>& voxels, con
     compute(unknown, monitor);
     std::vector<uint8_t> result(voxels.size());
     openvdb::tree::ValueAccessor<const openvdb::FloatTree> known(mKnown);
-    for (size_t n = 0; n < voxels.size(); ++n) result[n] = isInside(static_cast<double>(known.getValue(voxels[n])));
+    for (size_t n = 0; n < voxels.size(); ++n)
+        result[n] = SolidWinding::isInside(static_cast<double>(known.getValue(voxels[n])));
     return result;
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "SolidWinding.h"
 #include "curlew/vdb/Openvdb.h"
-#include "curlew/vdb/WindingNumber.h"
 
 namespace curlew {
 
-/// The solid where the winding number w of a mesh satisfies |w| > 1/2, resolved by voxels.
+/// The solid where the winding number w of a mesh (SolidWinding.h) satisfies |w| > 1/2, resolved by voxels.
 class SolidBoundary {
   public:
     /// In voxels: w is computed at all voxels closer than this to the mesh. They include all corners of every cell that
@@ -23,13 +23,10 @@ class SolidBoundary {
     /// Returns whether voxels are inside. Computes w where it is not known yet.
     std::vector<uint8_t> inside(const std::vector<openvdb::Coord>& voxels, const Monitor& monitor);
 
-    const WindingNumber& winding() const { return mWinding; }
-    double undecided() const { return mUndecided; } ///< Fraction of the near voxels where 0.1 < |w| < 0.9.
+    const SolidWinding& winding() const { return mWinding; }
+    double undecided() const { return mUndecided; } ///< Fraction of the near voxels where 1/4 < |w| < 3/4.
     double hidden() const { return mHidden; }       ///< Fraction of the mesh's area that is not on the boundary.
     bool turned() const { return mTurned; }         ///< w is negative at most inside voxels.
-
-    /// The margin exceeds the error of w: a flat sheet, on which w is 1/2, encloses nothing.
-    static bool isInside(double w) { return std::abs(w) > 0.5 + 1e-3; }
 
   private:
     using Accessor = openvdb::tree::ValueAccessor<openvdb::FloatTree>;
@@ -40,7 +37,7 @@ class SolidBoundary {
     void closeHoles(const Monitor& monitor);
 
     openvdb::math::Transform mTransform;
-    WindingNumber mWinding;
+    SolidWinding mWinding;
     openvdb::FloatTree mKnown{0.0f}; ///< w at its active voxels.
     Mesh mSurface;
     double mUndecided = 0, mHidden = 0;

@@ -174,7 +174,7 @@ size_t orient(Mesh& triangles) {
     return count;
 }
 
-bool isOriented(const Mesh& mesh) {
+std::vector<Index32> unbalancedEdges(const Mesh& mesh) {
     // One entry per edge of each face: its sorted ends and its direction.
     std::vector<std::pair<uint64_t, int8_t>> edges;
     edges.reserve(3 * mesh.triangles.size() + 4 * mesh.quads.size());
@@ -187,13 +187,15 @@ bool isOriented(const Mesh& mesh) {
     for (const auto& t : mesh.triangles) add(t.asV(), 3);
     for (const auto& q : mesh.quads) add(q.asV(), 4);
     tbb::parallel_sort(edges);
+    std::vector<Index32> found;
     int balance = 0;
     for (size_t n = 0; n < edges.size(); ++n) {
         balance += edges[n].second;
         if (n + 1 < edges.size() && edges[n + 1].first == edges[n].first) continue;
-        if (balance != 0) return false;
+        if (balance != 0) found.push_back(static_cast<Index32>(edges[n].first >> 32));
+        balance = 0;
     }
-    return true;
+    return found;
 }
 
 double volumeOf(const Mesh& mesh) {

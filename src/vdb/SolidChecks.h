@@ -4,6 +4,8 @@
 #include "curlew/vdb/GridTypes.h"
 #include "curlew/vdb/MeshSolid.h"
 
+#include <vector>
+
 namespace curlew {
 
 /// Name of the level set metadata that holds the thickness of a sheet, in world units.
@@ -26,8 +28,10 @@ Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates);
 /// one side, such as a Möbius strip.
 size_t orient(Mesh& triangles);
 
-/// Returns whether each edge is used equally often in both directions, so that winding numbers are integers.
-bool isOriented(const Mesh& mesh);
+/// Returns a vertex of each edge that is not used equally often in both directions. If there is none, winding numbers
+/// are integers.
+std::vector<openvdb::Index32> unbalancedEdges(const Mesh& mesh);
+inline bool isOriented(const Mesh& mesh) { return unbalancedEdges(mesh).empty(); }
 
 /// Returns the enclosed volume, positive if the faces run counter-clockwise as seen from outside (divergence theorem,
 /// with the centre of the mesh's box as origin).

@@ -2,10 +2,11 @@
 #include "curlew/vdb/SolidDistance.h"
 
 #include "SolidChecks.h"
+#include "SolidFaces.h"
+#include "SolidWinding.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/RayMesh.h"
-#include "curlew/vdb/WindingNumber.h"
 
 #include <fmt/format.h>
 
@@ -15,18 +16,12 @@
 
 namespace curlew {
 
-namespace {
-
-constexpr double kHalf = 0.5 + 1e-3; ///< |w| beyond which a point is inside; the margin exceeds the error of w.
-
-} // namespace
-
 struct SolidDistance::Parts {
     Parts(const Mesh& mesh, double thickness, const Monitor& monitor) : faces(mesh, monitor), half(thickness / 2) {}
 
     RayMesh faces;
-    std::optional<WindingNumber> winding; ///< Not for a sheet.
-    double half = 0;                      ///< Half the thickness of a sheet.
+    std::optional<SolidWinding> winding; ///< Not for a sheet.
+    double half = 0;                     ///< Half the thickness of a sheet.
 
     /// Estimates the distance to the surface |w| = 1/2 across a hole, by Newton's step on w.
     double toHoleSurface(const Vec3d& position, double w, double nearest) const {
@@ -45,7 +40,7 @@ struct SolidDistance::Parts {
 
 SolidDistance::SolidDistance(const Mesh& mesh, double thickness, const Monitor& monitor) {
     auto parts = std::make_unique<Parts>(mesh, thickness, monitor);
-    if (!(thickness > 0)) parts->winding.emplace(mesh, monitor);
+    if (!(thickness > 0)) parts->winding.emplace(solidFacesOf(mesh, topologyOf(mesh), monitor).triangles, monitor);
     mParts = std::move(parts);
 }
 
@@ -67,7 +62,7 @@ SolidDistance& SolidDistance::operator=(SolidDistance&&) noexcept = default;
 
 bool SolidDistance::inside(const Vec3d& position) const {
     if (!mParts->winding) return mParts->faces.distanceTo(position) < mParts->half;
-    return std::abs(mParts->winding->at(position)) > kHalf;
+    return SolidWinding::isInside(mParts->winding->at(position));
 }
 
 double SolidDistance::at(const Vec3d& position) const {
@@ -76,7 +71,7 @@ double SolidDistance::at(const Vec3d& position) const {
     const double w = mParts->winding->at(position), size = std::abs(w);
     const bool undecided = size > 0.1 && size < 0.9;
     const double distance = undecided ? mParts->toHoleSurface(position, w, nearest) : nearest;
-    return size > kHalf ? -distance : distance;
+    return SolidWinding::isInside(w) ? -distance : distance;
 }
 
 WrongSide wrongSideOf(std::span<const SolidDistance* const> solids, Side side, std::span<const double> x,

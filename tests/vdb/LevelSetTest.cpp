@@ -280,6 +280,18 @@ TEST_CASE("meshToLevelSet: can be cancelled", "[vdb]") {
                     Interrupted);
 }
 
+TEST_CASE("levelSetOf: a background far beyond the distances does not count as the width of the band", "[vdb]") {
+    const LevelSet sphere = exactSphere(1, 0.1, 3);
+    const auto foreign = sphere.grid->deepCopy();
+    openvdb::tools::changeLevelSetBackground(foreign->tree(), 1000.0f);
+    const LevelSet read = levelSetOf(foreign);
+    CHECK(read.halfWidth() > 2.5);
+    CHECK(read.halfWidth() < 4.5);
+    CHECK(read.grid->tree().getValue(openvdb::Coord(0)) == -read.grid->background());
+    CHECK(read.grid->activeVoxelCount() == foreign->activeVoxelCount());
+    CHECK(foreign->background() == 1000);
+}
+
 TEST_CASE("levelSetOf: accepts only valid float level sets", "[vdb]") {
     CHECK_THROWS_WITH(levelSetOf(openvdb::Vec3SGrid::create()), Catch::ContainsSubstring("float"));
     auto grid = openvdb::FloatGrid::create(1.0f);

@@ -32,8 +32,10 @@ struct SolidOptions {
 /// ResourceError if the band would not fit in memory.
 LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, SolidOptions options, const Monitor& monitor = {});
 
-/// Casts a grid to a level set. Throws ValueError unless it is a float level set with finite values, a positive
-/// background and cubic voxels, and encloses something.
+/// Casts a grid to a level set. The background is taken for the width of the band; if it is more than twice the
+/// greatest active distance, as in many grids that were made from arrays, that distance and a voxel is, in a copy.
+/// Throws ValueError unless it is a float level set with finite values, a positive background and cubic voxels, and
+/// encloses something.
 LevelSet levelSetOf(const std::shared_ptr<const openvdb::GridBase>& grid);
 
 /// Returns the bounding box of the inside, padded by one voxel, in world units.

@@ -21,7 +21,7 @@ struct SolidFigures {
     bool turned = false;        ///< The faces run clockwise as seen from outside; they are treated as if flipped.
     /// The mesh is closed and consistently oriented, and no part of it lies inside. Winding numbers were not needed.
     bool clean = true;
-    double undecided = 0; ///< Fraction of the voxels near the mesh where 0.1 < |w| < 0.9.
+    double undecided = 0; ///< Fraction of the voxels near the mesh where 1/4 < |w| < 3/4.
     double hidden = 0;    ///< Fraction of the mesh's area that does not bound the solid.
     /// Closed shells inside others that bound nothing, since their faces point outward as those of the shells around
     /// them do: their number, their faces, and their volume in cubic world units.
@@ -41,7 +41,7 @@ struct MeshSolid {
 };
 
 /// Converts any mesh to a level set of its solid: the points where its winding number w satisfies |w| > 1/2
-/// (WindingNumber.h).
+/// (WindingNumber.h), and those inside its closed parts alone, which open sheets beside or across them do not change.
 ///
 /// Holes, overlapping or nested parts, unconnected triangles, duplicate and degenerate faces and inconsistent
 /// orientation are all allowed. A shell inside another is a cavity if its faces point inward, and is ignored otherwise.

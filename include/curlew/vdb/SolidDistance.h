@@ -14,7 +14,7 @@ namespace curlew {
 /// conforms to it, fits the mesh. The solid is that of MeshSolid.h: the points with a winding number |w| > 1/2, or, for
 /// a sheet, the points within half the thickness of a face.
 ///
-/// The side comes from the fast winding number (WindingNumber.h, error below 1e-3), the distance from the closest
+/// The side comes from the fast winding numbers of the solid (error below 1e-3), the distance from the closest
 /// triangle (RayMesh.h). Where faces lie inside the solid, the distance is a lower bound. Next to a hole, where 0.1 <
 /// |w| < 0.9, it is at most the distance to the surface |w| = 1/2 that closes the hole, estimated from the slope of w.
 /// Immutable; safe to share between threads.

@@ -86,8 +86,8 @@ void warnOfThinParts(const Context& c, const SolidFigures& figures, double voxel
 void warnOfSolid(const Context& c, const SolidFigures& figures, double voxel) {
     if (figures.undecided > 0.5)
         c.warn(
-            fmt::format("the mesh is a sheet rather than a solid: {:.0f} % of the voxels next to it are neither inside "
-                        "nor outside; thickness={:.3g} turns it into an obstacle four voxels thick",
+            fmt::format("sheets in the mesh are no obstacles: {:.0f} % of the voxels next to it are neither inside nor "
+                        "outside; thickness={:.3g} makes all faces obstacles four voxels thick",
                         100 * figures.undecided, 4 * voxel));
     else if (figures.boundaryEdges > 0 && figures.meanThickness > 0 && figures.meanThickness < 2)
         c.warn(fmt::format(
