@@ -86,6 +86,7 @@ class Loop {
         this.start = this.copyOf(this.states);
         this.dt = look.duration / kSteps;
         this.step = 0;
+        this.moves = 0; // steps taken in all
         this.target = null; // of a jump
         this.keys = new Map();
         this.keep();
@@ -101,6 +102,7 @@ class Loop {
         else this.keys.set(this.step, this.copyOf(this.states));
     }
     advance() {
+        ++this.moves;
         device.step(this.states, this.dt);
         const [begin, end] = [0, 1].map(k => Math.ceil((this.step + k) * this.count / kSteps));
         device.copy(this.start, begin, this.states, begin, end - begin);

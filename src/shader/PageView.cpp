@@ -144,7 +144,8 @@ function makeControls() {
 }
 
 function animate() {
-    let last = performance.now(), due = 0;
+    let last = performance.now(), due = 0, drawn = "";
+    document.addEventListener("visibilitychange", () => drawn = "");
     const frame = now => {
         const elapsed = Math.min(now - last, 100);
         last = now;
@@ -155,9 +156,15 @@ function animate() {
             if (elapsed > 40) due = Math.min(due, 1.5);
             for (; due >= 1; --due) loop.advance();
         }
-        if (camera.idle && look.dimension == 3) camera.turn += 0.00008 * elapsed;
-        showTime();
-        draw();
+        if (camera.idle && shown.playing && look.dimension == 3) camera.turn += 0.00008 * elapsed;
+        // A page that has been paused rests.
+        const seen = JSON.stringify([camera, shown, loop.step, loop.moves, canvas.clientWidth, canvas.clientHeight,
+                                     devicePixelRatio, element("bar").offsetHeight]);
+        if (seen != drawn) {
+            drawn = seen;
+            showTime();
+            draw();
+        }
         requestAnimationFrame(frame);
     };
     requestAnimationFrame(frame);

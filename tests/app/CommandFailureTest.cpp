@@ -333,7 +333,7 @@ TEST_CASE("command: an interrupt ends work that does not poll for it, within sec
     // OpenVDB compresses a large grid for many seconds without asking whether to stop. A second signal ends it at once.
     const std::string again = GENERATE("", "sleep 0.02; kill -s INT $pid 2>/dev/null; ");
     const auto outcome = folder.shell(
-        "\"$curlew\" -verbose -noise -noise seed=1 -dfvn -velocity dim=300 -write codec=zip a.vdb 2>said & pid=$!; "
+        "\"$curlew\" -verbose -noise -noise seed=1 -dfvn -velocity dim=240 -write codec=zip a.vdb 2>said & pid=$!; "
         "while kill -0 $pid && ! ls -A | grep -q 'part$'; do sleep 0.05; done; kill -s INT $pid; " +
         again +
         "timeout 20 tail --pid=$pid -f /dev/null; wait $pid; status=$?; tail -n 1 said >&2; rm said; exit $status");

@@ -14,15 +14,13 @@ std::string inBall(const std::string& rest) {
            rest;
 }
 
-/// A ball that moves through points around it, in a flow that changes, in frames 1 to 4.
-std::string aroundBall(const std::string& advect) {
+/// A ball that moves through points around it, in a flow that changes, from frame 1 on.
+std::string aroundBall(const std::string& advect, int last = 4) {
     const std::string flow =
         "-noise frequency=1.5 'alpha={2*pi*T}' -noise frequency=1.5 seed=1 -bound layer=0.2 side=outside -dfvn speed=1 "
         "padding=0.6 ";
-    return "-sphere radius=0.5 " + flow +
-           "-scatter count=400 seed=3 -frames 1-4 fps=4 substeps=2 -sphere radius=0.5 'translate={T},0,0' "
-           "'rotate=0,{90*T},0' " +
-           flow + advect;
+    return "-sphere radius=0.5 " + flow + "-scatter count=400 seed=3 -frames 1-" + std::to_string(last) +
+           " fps=4 substeps=2 -sphere radius=0.5 'translate={T},0,0' 'rotate=0,{90*T},0' " + flow + advect;
 }
 
 } // namespace
@@ -114,9 +112,9 @@ TEST_CASE("advect action: points follow a changing flow and a moving wall", "[ap
     CHECK(jsonOf(folder / "left.4.json")["outside"] > 5);
 
     // Any number of threads and the scalar instruction set give the same bytes.
-    const std::string again = "-threads 1 " + aroundBall("-advect -write 'one.$F.csv'");
+    const std::string again = "-threads 1 " + aroundBall("-advect -write 'one.$F.csv'", 2);
     CHECK(folder.shell("CURLEW_SIMD=scalar $curlew " + again).status == 0);
-    CHECK(bytesOf(folder / "one.4.csv") == bytesOf(folder / "p.4.csv"));
+    CHECK(bytesOf(folder / "one.2.csv") == bytesOf(folder / "p.2.csv"));
 }
 
 TEST_CASE("check tracks=: compares tracks of the flow and of its grid", "[app][command]") {

@@ -39,6 +39,7 @@ def results():
 def press():
     """Adds an object and presses the button."""
     support.install()
+    support.reduce_presets()
     for obj in list(bpy.data.objects):
         bpy.data.objects.remove(obj)
     view = area("VIEW_3D")

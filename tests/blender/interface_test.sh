@@ -16,8 +16,8 @@ export BLENDER_USER_SCRIPTS="$work/scripts" BLENDER_USER_CONFIG="$work/config"
 export CURLEW_COMMAND="$command" CURLEW_WORK="$work" CURLEW_SOURCE="$source" CURLEW_PACKAGES="$packages"
 export PYTHONDONTWRITEBYTECODE=1
 PATH=/usr/bin:/bin:$PATH # as in run.sh
-LIBGL_ALWAYS_SOFTWARE=1 timeout 300 xvfb-run -a -s "-screen 0 960x600x24" \
-    "$blender" --enable-event-simulate --factory-startup -noaudio --window-geometry 0 0 960 600 --python "$source/tests/blender/interface.py"
+LIBGL_ALWAYS_SOFTWARE=1 timeout 300 xvfb-run -a -s "-screen 0 640x400x24" \
+    "$blender" --enable-event-simulate --factory-startup -noaudio --window-geometry 0 0 640 400 --python "$source/tests/blender/interface.py"
 cat "$work/interface.txt"
 grep -qx fine "$work/interface.txt"
 # An empty picture has few colours.

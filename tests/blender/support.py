@@ -90,7 +90,7 @@ class Tree:
     def around(self, obj, side="outside", width=0.2):
         """Adds a flow around (or in) a mesh object."""
         mesh = self.add("CurlewMeshObject", object=obj)
-        level = self.add("mesh2ls", mesh, dim=48)
+        level = self.add("mesh2ls", mesh, dim=24)
         f = self.add("noise", frequency=1.5, seed=1)
         g = self.add("noise", frequency=1.5, seed=2)
         bound = self.add("bound", g, level, layer=width, side=side)

@@ -367,7 +367,7 @@ TEST_CASE("reshaped: unsuitable flows and options are errors", "[flow]") {
         CHECK_THROWS_WITH(reshaped(flow, {.g = bad}), Catch::ContainsSubstring("interval"));
     }
     // Intervals that contain no streamline, or that the spline cannot resolve.
-    for (const Interval& bad : {Interval{5, 6}, Interval{-kInfinity, -5}, Interval{0.1, 0.12}}) {
+    for (const Interval& bad : {Interval{5, 6}, Interval{0.1, 0.12}}) {
         CAPTURE(bad.lower, bad.upper);
         CHECK_THROWS_WITH(reshaped(shearFlow(), {.f = bad}), Catch::ContainsSubstring("nothing would move"));
         CHECK_THROWS_WITH(reshaped(shearFlow(), {.g = bad}), Catch::ContainsSubstring("nothing would move"));

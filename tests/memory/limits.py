@@ -35,7 +35,7 @@ CASES = {
 }
 # More points than fit into LITTLE, in one piece.
 MANY = "-scatter count=4e6 box=-1,-1,-1,1,1,1 part=each/{} -write p.$P.vdb"
-SHARES = (0.97, 0.9, 0.8)
+SHARES = (0.95, 0.8)
 
 
 def limited(words, folder, limit):
@@ -100,7 +100,7 @@ def main(command, root):
                 wrong.append(f"{name} does not work with {most} MiB")
                 continue
             low, high = begins, most
-            while high - low > 20:
+            while high - low > 30:
                 middle = (low + high) // 2
                 low, high = (low, middle) if attempt(middle) else (middle, high)
             for share in SHARES:

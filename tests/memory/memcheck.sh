@@ -9,6 +9,6 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 CURLEW_SIMD=scalar valgrind --quiet --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite,indirect \
     --show-leak-kinds=definite,indirect --num-callers=30 \
-    "$1" -threads 1 -read "$2" -mesh2ls dim=12 -noise seed=1 -noise seed=2 -bound -dfvn speed=1 \
-    -velocity voxel=0.2 staggered=1 -write "$folder/velocity.vdb" \
-    -scatter count=20 -advect steps=2 duration=0.2 -write "$folder/points.ply" "$folder/points.vdb"
+    "$1" -threads 1 -read "$2" -mesh2ls dim=10 -noise seed=1 -noise seed=2 -bound -dfvn speed=1 \
+    -velocity voxel=0.4 staggered=1 -write "$folder/velocity.vdb" \
+    -scatter count=8 -advect steps=2 duration=0.2 -write "$folder/points.ply" "$folder/points.vdb"

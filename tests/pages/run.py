@@ -23,9 +23,9 @@ faces = numpy.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 
 """
 
 COARSER = 2  # factor by which voxel sizes grow
-LIMITS = {"count": 300, "rate": 200, "dim": 64, "width": 100, "height": 100, "smooth": 0, "duration": 0.3}
+LIMITS = {"count": 300, "rate": 200, "dim": 64, "width": 64, "height": 64, "smooth": 0, "duration": 0.3}
 # Actions that are always given a size, the option, its limit, and the options that determine the size as well.
-SIZED = (("mesh2ls|union", "dim", 40, "voxel="), ("lic|shade|slice|splat", "width", 100, "over="))
+SIZED = (("mesh2ls|union", "dim", 28, "voxel="), ("lic|shade|slice|splat", "width", 64, "over="))
 
 
 def blocks(text, language):

@@ -18,7 +18,7 @@ using namespace curlew::test;
 
 namespace {
 
-constexpr size_t kCount = 20000;
+constexpr size_t kCount = 5000;
 
 /// Divergence-free noise around or in a sphere.
 Flow inSphere(Side side, double frequency = 1.5) {

@@ -17,7 +17,7 @@ using namespace curlew::test;
 
 namespace {
 
-constexpr size_t kCount = 20000;
+constexpr size_t kCount = 5000;
 constexpr const char* kFunctions = "sin(x*y)+exp(-z^2)*atan(x)+tanh(y)*cosh(z/2)+log(2+x^2)+abs(x-y)";
 constexpr const char* kMoreFunctions =
     "asin(sin(x)/2)+acos(cos(y)/2)+sinh(z/3)+(1+x^2)^1.5+smoothstep(0,1,y)+tan(sin(z))";

@@ -61,6 +61,24 @@ return wrong;
 """
 
 
+# Draws that the page makes by itself while it is paused: in a quarter of a second; after an option has changed; after a jump.
+RESTING = """
+const draw = device.draw.bind(device), frames = () => new Promise(done => setTimeout(done, 250));
+let count = 0;
+device.draw = what => { ++count; draw(what); };
+const counts = [];
+for (const change of [() => {}, () => document.getElementById("wall").click(), () => curlew.jump(40)]) {
+    await frames();
+    count = 0;
+    change();
+    await frames();
+    counts.push(count);
+}
+device.draw = draw;
+return counts;
+"""
+
+
 def run(curlew, folder, *words):
     subprocess.run([curlew, "-quiet", *words], cwd=folder, check=True)
 
@@ -93,7 +111,7 @@ def drawn(browser):
 
 
 def check_mesh(browser, curlew, wall, device, folder, pictures):
-    size(browser, "desktop")
+    size(browser, "phone")
     wrong = opened(browser, folder / "look.html", device)
     if wrong:
         return wrong
@@ -119,6 +137,8 @@ def check_mesh(browser, curlew, wall, device, folder, pictures):
                "difference of the distances": (abs(exact - distances)[near].max(), 1e-5),
                "1 / the mean of the ways": (1 / moved, 10)}
     wrong += [f"{name}: {value:.3g}, more than {most}" for name, (value, most) in figures.items() if not value <= most]
+    resting, *changed = promised(browser, RESTING)
+    wrong += [] if resting == 0 and min(changed) >= 1 else [f"while paused it draws {resting} times, after changes {changed}"]
     wrong += drawn(browser)
     for window in WINDOWS:
         size(browser, window)
@@ -131,7 +151,7 @@ def check_mesh(browser, curlew, wall, device, folder, pictures):
 
 
 def check_plane(browser, device, folder):
-    size(browser, "desktop")
+    size(browser, "phone")
     wrong = opened(browser, folder / "plane.html", device)
     if not wrong:
         wrong += drawn(browser)
