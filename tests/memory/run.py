@@ -14,8 +14,8 @@ from pathlib import Path
 FACTOR = 1.5
 FLOW = "-noise -noise seed=1 -dfvn speed=1 "
 MESH = "-read {root}/scenes/spot.obj "
-POINTS = "-scatter count=1e6 box=-1,-1,-1,1,1,1 "
-FEWER = "-scatter count=6e5 box=-1,-1,-1,1,1,1 "
+POINTS = "-scatter count=7e5 box=-1,-1,-1,1,1,1 "
+FEWER = "-scatter count=4e5 box=-1,-1,-1,1,1,1 "
 PREPARE = {
     "points.vdb": POINTS + "-write points.vdb",
     "points.ply": POINTS + "-write points.ply",
@@ -28,12 +28,12 @@ PREPARE = {
 }
 CASES = {
     "mesh2ls": MESH + "-mesh2ls dim=200",
-    "mesh2ls, wide band": MESH + "-mesh2ls dim=80 halfWidth=20",
+    "mesh2ls, wide band": MESH + "-mesh2ls dim=60 halfWidth=20",
     "velocity": FLOW + "-velocity dim=140",
     "velocity, staggered": FLOW + "-velocity dim=140 staggered=1",
     "velocity, density and potentials": FLOW + "-velocity dim=120 density=1 potentials=1",
     "scatter": POINTS,
-    "jitter": "-jitter count=6e5",
+    "jitter": "-jitter count=3e5",
     "advect with pathlines": FLOW + "-scatter count=15000 -advect steps=100 pathlines=1",
     "trace": FLOW + "-scatter count=12000 -trace maxLength=2",
     "ls2mesh": MESH + "-mesh2ls dim=190 -ls2mesh",
@@ -41,13 +41,13 @@ CASES = {
     "read points.vdb": "-read points.vdb",
     "read points.ply": "-read points.ply",
     "read points.csv": "-read points.csv",
-    "slice": "-noise -slice width=2500",
+    "slice": "-noise -slice width=1800",
     "splat": FEWER + "-splat width=1600 height=1200",
     "spectrum": FLOW + "-velocity dim=90 -spectrum",
     "advectGrid": FLOW + "-sphere radius=0.5 -velocity dim=64 -advectGrid grid=0 duration=0.1",
     "advect": FLOW + POINTS + "-advect steps=1",
     "advectLevelSet": FLOW + MESH + "-mesh2ls dim=40 -advectLevelSet duration=0.02",
-    "advectLevelSet by WENO5": FLOW + MESH + "-mesh2ls dim=110 -advectLevelSet duration=0.002 method=weno5",
+    "advectLevelSet by WENO5": FLOW + MESH + "-mesh2ls dim=110 -advectLevelSet duration=0.001 method=weno5",
     "union": MESH + "-mesh2ls dim=44 " + MESH + "-move translate=0.2,0,0 -mesh2ls dim=44 -union",
     "bake": "-noise -bake dim=250 box=-1,-1,-1,1,1,1",
     "field of a grid": "-noise -bake dim=200 box=-1,-1,-1,1,1,1 -field -slice width=50",
@@ -55,12 +55,12 @@ CASES = {
     "velocity displaced by a wall": "-frames 1-1 -sphere radius=0.4 translate={{T}},0,0 -noise -noise seed=2 "
                                     "-bound side=outside -dfvn speed=0.2 padding=0.6 -velocity dim=48 "
                                     "displaced=potential",
-    "snap": MESH + "-mesh2ls dim=80 -scatter count=1e5 on=surface -snap",
+    "snap": MESH + "-mesh2ls dim=80 -scatter count=7e4 on=surface -snap",
     "check": FLOW + "-check samples=4e5",
     "lic": FLOW + "-lic width=700 streakLength=5",
     "warp": "-read small.png -noise dimensions=2 -dfvn -warp",
     "shade": MESH + "-shade width=900 height=600 -write out.png",
-    "emit": "-frames 1-2 -emit rate=2.4e7 box=-1,-1,-1,1,1,1",
+    "emit": "-frames 1-2 -emit rate=1.6e7 box=-1,-1,-1,1,1,1",
     "distance": POINTS + POINTS + "-distance",
     "mesh2ls of many faces": "-read mesh.ply -mesh2ls dim=200",
     "shade of many faces": "-read mesh.ply -shade width=400",
