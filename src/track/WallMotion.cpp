@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/track/WallMotion.h"
 
+#include "AroundWall.h"
 #include "BatchAdvector.h"
-#include "curlew/base/Random.h"
+#include "RigidPotentials.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/ForEachBatch.h"
-#include "curlew/field/Formula.h"
-#include "curlew/flow/Flows.h"
 #include "curlew/math/Fade.h"
 #include "curlew/math/Rotation.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace curlew {
@@ -19,24 +19,7 @@ using namespace detail;
 
 namespace {
 
-constexpr double kRounding = 1e-12; // of an angle, radians
-
-/// Calls use(points) with batches of positions in and around the shape.
-template <class Use>
-void visitAround(const Wall& wall, const Box& box, const Use& use) {
-    constexpr size_t kSamples = 1024;
-    const Box around = wall.sdf.bounds.finite() ? wall.sdf.bounds.padded(wall.width) : box;
-    for (size_t k = 0; k < kSamples;) {
-        PointBatch points;
-        for (; !points.full(); ++k) {
-            Vec3d p = around.lower;
-            for (int axis = 0; axis < 3; ++axis)
-                p[axis] += around.size()[axis] * randomUniform(0, k, static_cast<uint64_t>(axis));
-            points.push(p);
-        }
-        use(points);
-    }
-}
+constexpr double kRounding = 1e-12; ///< Of an angle in radians, or relative to a length.
 
 /// Returns the maximum difference between two distances, the second taken at moved(x).
 template <class Moved>
@@ -74,10 +57,11 @@ int stepsFor(double travel, const Wall& wall) {
 /// Moves the points for one second as seen from the wall, where the wall rests. In that frame, points far away move
 /// with the negative of the wall's velocity ∇a × ∇b, and points at the wall rest. f = -alpha a and b are constant along
 /// their paths. `travel`: distance that the wall moves; `size`: extent of the region.
-void driftBack(const Wall& wall, double size, const ScalarField& a, const ScalarField& b, double travel,
+void driftBack(const Wall& wall, double size, const Flow::Potentials& motion, double travel, int steps,
                std::vector<Vec3d>& points, const Monitor& monitor) {
+    const auto& [a, b] = motion;
     const Flow flow(-1.0 * (layerFade(wall) * a), b, {.box = {}, .wall = wall});
-    const AdvectOptions options{.time = 1, .steps = stepsFor(travel, wall)};
+    const AdvectOptions options{.time = 1, .steps = steps};
     const auto stepper = advectionStepper(flow, options, {.tolerance = {1e-9 * travel * size, 1e-9 * size}});
     forEachBatch(
         points,
@@ -103,38 +87,42 @@ WallMotion::WallMotion(const Wall& from, const Wall& to, const Box& box, double 
         mStill = mMaxChange == 0 && mSlide == 0;
         return;
     }
-    mCentre = before.origin;
-    mTranslation = after.origin - before.origin;
-    const Vec3d rotation = rotationVector(after.axes * transpose(before.axes));
+    const auto turn = after.axes * transpose(before.axes);
+    const Vec3d rotation = rotationVector(turn);
+    mCentre = WallExtent(from, box).middle;
+    mTranslation = after.origin + turn * (mCentre - before.origin) - mCentre;
+    if (length(mTranslation) <= kRounding * (length(mCentre) + from.width)) mTranslation = {};
     mAngle = length(rotation) > kRounding ? length(rotation) : 0;
     mAxis = mAngle > 0 ? rotation * (1 / mAngle) : Vec3d{{0, 0, 1}};
-    const auto moved = [&](const Vec3d& x) { return after.origin + turned(x - mCentre, mAxis, mAngle); };
+    const auto moved = [&](const Vec3d& x) { return mCentre + mTranslation + turned(x - mCentre, mAxis, mAngle); };
     mRigid = greatestDifference(from, to, box, moved) <= 1e-6 * from.width;
     if (!mRigid) mMaxChange = greatestDifference(from, to, box, stay);
 }
 
 void WallMotion::carryRigidly(std::vector<Vec3d>& points, const Monitor& monitor) const {
-    // In coordinates that move with the wall, in which the wall stays as it is in mFrom.
-    const auto translate = [&](const Vec3d& travel) {
-        if (travel == Vec3d{}) return;
-        const Flow uniform = uniformFlow(travel);
-        const ScalarField fromCentre = constantField(-uniform.f().at<0>(mCentre).value);
-        driftBack(mFrom, length(mBox.size()), uniform.f() + fromCentre, uniform.g(), length(travel), points, monitor);
+    // In coordinates that move with the wall, in which the wall stays as it is in mFrom. Symmetric in time, and so of
+    // second order.
+    const WallExtent extent(mFrom, mBox);
+    const double width = mFrom.width;
+    const auto drift = [&](const Flow::Potentials& motion, double travel, double reach) {
+        const double air = mFrom.sdf.bounds.finite() ? travel * (1 + 2 * reach / width) : travel;
+        driftBack(mFrom, length(mBox.size()), motion, travel, stepsFor(air, mFrom), points, monitor);
     };
-    translate(mTranslation * 0.5);
+    const auto translate = [&](const Vec3d& travel, bool forward) {
+        if (travel == Vec3d{}) return;
+        std::vector<Push> parts = translationPotentials(travel, extent);
+        if (!forward) std::reverse(parts.begin(), parts.end());
+        for (const Push& part : parts) drift(part.potentials, length(travel) * part.share, part.reach);
+    };
+    translate(mTranslation * 0.5, true);
     if (mAngle > 0) {
-        const double factor = -mAngle / 2;
-        const auto a = formulaField([c = mCentre, n = mAxis, factor](const auto& x, const auto& k) {
-            const auto y = x - std::remove_cvref_t<decltype(x)>{{k(c[0]), k(c[1]), k(c[2])}};
-            const auto along = y[0] * k(n[0]) + y[1] * k(n[1]) + y[2] * k(n[2]);
-            return (dot(y, y) - along * along) * k(factor);
-        });
         double farthest = 0;
         for (const Vec3d& p : points) farthest = std::max(farthest, length(p - mCentre));
-        driftBack(mFrom, length(mBox.size()), a, rampField(mAxis, -dot(mAxis, mCentre)), mAngle * farthest, points,
-                  monitor);
+        const Vec3d& half = extent.squares;
+        drift(rotationPotentials(mAxis * mAngle, mCentre), mAngle * farthest,
+              std::sqrt(std::max({half[0], half[1], half[2]})));
     }
-    translate(turned(mTranslation * 0.5, mAxis, -mAngle));
+    translate(turned(mTranslation * 0.5, mAxis, -mAngle), false);
     for (Vec3d& p : points) p = mCentre + mTranslation + turned(p - mCentre, mAxis, mAngle);
 }
 

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/track/WallVelocity.h"
 
+#include "AroundWall.h"
+#include "RigidPotentials.h"
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/ForEachBatch.h"
-#include "curlew/field/Formula.h"
-#include "curlew/flow/Flows.h"
 #include "curlew/math/Fade.h"
 #include "curlew/math/Rotation.h"
 #include "curlew/track/WallMotion.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace curlew {
@@ -56,13 +57,6 @@ struct ShareField {
     Interval range() const { return {0, 1}; }
 };
 
-/// Returns unit vectors u and v with u × v in the given direction.
-std::pair<Vec3d, Vec3d> across(const Vec3d& direction) {
-    const Flow uniform = uniformFlow(direction);
-    const Vec3d u = uniform.f().at<1>({}).gradient, v = uniform.g().at<1>({}).gradient;
-    return {u * (1 / length(u)), v};
-}
-
 } // namespace
 
 WallVelocity::WallVelocity(const Wall& now, const Wall& next, const Wall& afterNext, double step, const Box& box)
@@ -76,30 +70,22 @@ WallVelocity::WallVelocity(const Wall& now, const Wall& next, const Wall& afterN
         mLater = std::pair(next, afterNext);
         return;
     }
+    const WallExtent extent(now, box);
+    mCentre = extent.middle;
     differentiatePoses(now.sdf.pose, next.sdf.pose, afterNext.sdf.pose);
     const ScalarField share{ShareField{now.sdf.distance, {now.side, now.width}}};
-    const double speed = length(mTranslation), turning = length(mRotation);
-    if (speed > 0) {
-        const auto [u, v] = across(mTranslation);
-        mTerms.push_back({share * rampField(u * speed, -speed * dot(u, mCentre)), rampField(v)});
-    }
-    if (turning > 0) {
-        const Vec3d axis = mRotation * (1 / turning);
-        const auto a = formulaField([c = mCentre, n = axis, factor = -turning / 2](const auto& x, const auto& k) {
-            const auto y = x - std::remove_cvref_t<decltype(x)>{{k(c[0]), k(c[1]), k(c[2])}};
-            const auto along = y[0] * k(n[0]) + y[1] * k(n[1]) + y[2] * k(n[2]);
-            return (dot(y, y) - along * along) * k(factor);
-        });
-        mTerms.push_back({share * a, rampField(axis, -dot(axis, mCentre))});
-    }
+    const auto add = [&](const Flow::Potentials& pair) { mTerms.push_back({share * pair[0], pair[1]}); };
+    if (length(mTranslation) > 0)
+        for (const Push& push : translationPotentials(mTranslation, extent)) add(push.potentials);
+    if (length(mRotation) > 0) add(rotationPotentials(mRotation, mCentre));
     if (!mTerms.empty()) mSum.emplace(mTerms, Domain{});
 }
 
 void WallVelocity::differentiatePoses(const Pose& now, const Pose& next, const Pose& afterNext) {
-    const auto turn = [&](const Pose& later) { return rotationVector(later.axes * transpose(now.axes)); };
-    mCentre = now.origin;
-    mTranslation = derivative(now.origin, next.origin, afterNext.origin, mStep);
-    mRotation = derivative(Vec3d{}, turn(next), turn(afterNext), mStep);
+    const auto turn = [&](const Pose& later) { return later.axes * transpose(now.axes); };
+    const auto centre = [&](const Pose& later) { return later.origin + turn(later) * (mCentre - now.origin); };
+    mTranslation = derivative(mCentre, centre(next), centre(afterNext), mStep);
+    mRotation = derivative(Vec3d{}, rotationVector(turn(next)), rotationVector(turn(afterNext)), mStep);
     // Drop a component that is only rounding error.
     const double size = length(mCentre) + mWall.width, noise = 1e-14 / std::abs(mStep);
     if (length(mTranslation) <= noise * size) mTranslation = {};
@@ -135,6 +121,26 @@ void WallVelocity::eval(const PointBatch& points, VecBatch<double>& velocity) co
         if (surface) w += slide[i] - d.gradient * (dot(slide[i], d.gradient) / squared);
         velocity.set(i, w * share.at(d.value).value);
     }
+}
+
+WallVelocity::Speeds WallVelocity::speeds(const Box& box) const {
+    Speeds speeds;
+    if (!mRigid || mStill) return speeds;
+    const auto moves = [this](double distance) {
+        return distance < mWall.width && (mWall.side == Side::outside || distance > -mWall.width);
+    };
+    visitAround(mWall, box, [&](const PointBatch& points) {
+        JetBatch<double, 0> distance;
+        mWall.sdf.distance.eval(points, distance);
+        VecBatch<double> velocity;
+        eval(points, velocity);
+        for (int i = 0; i < points.size; ++i) {
+            if (!moves(distance[i].value)) continue;
+            speeds.wall = std::max(speeds.wall, length(mTranslation + cross(mRotation, points[i] - mCentre)));
+            speeds.air = std::max(speeds.air, length(velocity[i]));
+        }
+    });
+    return speeds;
 }
 
 DistanceRange WallVelocity::range() const {

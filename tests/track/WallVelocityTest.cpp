@@ -55,7 +55,7 @@ TEST_CASE("WallVelocity: equals the velocity of a rigid wall at the wall and zer
     const double t = 0.7;
     const WallVelocity wall = motion.wallVelocity(t, side);
     REQUIRE(wall.rigid());
-    CHECK(wall.terms().size() == 2);
+    CHECK(wall.terms().size() == 3);
     const ScalarField d = motion.at(t).sdf.distance;
     size_t atWall = 0, inBody = 0, far = 0;
     for (const Vec3d& p : randomPoints(cube(2), 4000, 1)) {
@@ -89,6 +89,86 @@ TEST_CASE("WallVelocity: a rigid wall adds a divergence-free flow", "[track]") {
     CAPTURE(coarse, fine);
     CHECK(fine < 1e-4);
     CHECK(fine < 0.4 * coarse); // second-order error of the differences
+}
+
+TEST_CASE("WallVelocity: the air passes a ball in all directions alike, faster in a thin layer", "[track]") {
+    const double speed = 3, radius = 0.4;
+    for (const double width : {0.1, 0.2, 0.4}) {
+        CAPTURE(width);
+        const auto at = [&](double t) {
+            const Placement place{.offset = {{5 + speed * t, 0, 0}}};
+            return Wall{.sdf = placed(sphereSdf(radius), place), .side = Side::outside, .width = width};
+        };
+        const WallVelocity wall(at(0), at(kStep), at(2 * kStep), kStep, cube(1));
+        // With β = 1-α, w is the curl of ½ β V × r: β V cos θ along r, and -(β + ½ r dβ/dr) V sin θ along the circles
+        // through both poles.
+        double most = 0;
+        for (double r = radius; r < radius + width; r += 0.01) {
+            const Univariate<double> fade = quinticFade((r - radius) / width);
+            const double along = 1 - fade.value, across = along - 0.5 * r * fade.first / width;
+            most = std::max({most, along, std::abs(across)});
+            for (const double turn : {0.3, 1.8, 4.0}) {
+                const Vec3d side{{0, std::cos(turn), std::sin(turn)}};
+                const Vec3d w = velocityAt(wall, Vec3d{{5, 0, 0}} + (Vec3d{{0.6, 0, 0}} + side * 0.8) * r);
+                const Vec3d expected = Vec3d{{0.6, 0, 0}} + side * 0.8;
+                CHECK(length(w - (expected * (along * 0.6) + (Vec3d{{0.8, 0, 0}} - side * 0.6) * (across * 0.8)) *
+                                     speed) < 1e-5 * speed);
+            }
+        }
+        const auto [ofWall, ofAir] = wall.speeds(cube(1));
+        CHECK(ofWall == Approx(speed));
+        CHECK(ofAir == Approx(speed * most).epsilon(0.05));
+    }
+    CHECK(Motion().wallVelocity(0).speeds(cube(1)).wall > 1.2); // the translation, and the turning at the corners
+}
+
+TEST_CASE("WallVelocity: the air goes the short way around a long body", "[track]") {
+    const auto fastest = [](const Vec3d& velocity) {
+        const auto at = [&](double t) {
+            const Sdf bar = boxSdf({{0.3, 3, 0.3}}, 0.1);
+            return Wall{.sdf = placed(bar, {.offset = velocity * t}), .side = Side::outside, .width = 0.1};
+        };
+        const auto speeds = WallVelocity(at(0), at(kStep), at(2 * kStep), kStep, cube(2)).speeds(cube(2));
+        return speeds.air / speeds.wall;
+    };
+    // Around its ends, it would be about ten times as fast.
+    for (const Vec3d& velocity : {Vec3d{{1, 0, 0}}, Vec3d{{0, 0, 1}}, Vec3d{{0.7, 0, 0.7}}, Vec3d{{0, 1, 0}}}) {
+        CAPTURE(velocity[0], velocity[1], velocity[2]);
+        CHECK(fastest(velocity) > 1);
+        CHECK(fastest(velocity) < 5);
+    }
+}
+
+TEST_CASE("WallVelocity: a plane that slides takes the air along and displaces none", "[track]") {
+    for (const Vec3d& velocity : {Vec3d{{2, 0, 0}}, Vec3d{{0, 0, 2}}}) {
+        const auto at = [&](double t) {
+            const Sdf ground = planeSdf({{0, 1, 0}}, -3);
+            return Wall{.sdf = placed(ground, {.offset = velocity * t}), .side = Side::outside, .width = 0.2};
+        };
+        const Box box{{{-2, -3.2, -2}}, {{2, 0, 2}}};
+        const auto [wall, air] = WallVelocity(at(0), at(kStep), at(2 * kStep), kStep, box).speeds(box);
+        CHECK(wall == Approx(2));
+        CHECK(air < 1.5 * wall);
+    }
+}
+
+TEST_CASE("WallVelocity: the air beside a body does not depend on how far it is from the origin of its pose",
+          "[track]") {
+    // A ball on a circle around the origin: placed there by its pose, or away from the origin within it.
+    const double turning = 0.5;
+    const auto velocityBeside = [&](const Sdf& shape, const Vec3d& offset) {
+        const auto at = [&](double t) {
+            const double angle = turning * t;
+            const Placement place{.offset = {{offset[0] * std::cos(angle), 0, -offset[0] * std::sin(angle)}},
+                                  .rotate = {{0, angle * 180 / std::numbers::pi, 0}}};
+            return Wall{.sdf = placed(shape, place), .side = Side::outside, .width = 0.2};
+        };
+        return velocityAt({at(0), at(kStep), at(2 * kStep), kStep, cube(1)}, {{10.3, 0.4, 0.1}});
+    };
+    const Vec3d near = velocityBeside(sphereSdf(0.4), {{10, 0, 0}});
+    const Vec3d far = velocityBeside(placed(sphereSdf(0.4), {.offset = {{10, 0, 0}}}), {});
+    CHECK(length(near) > 1);
+    CHECK(length(near - far) < 1e-4 * length(near));
 }
 
 TEST_CASE("WallVelocity: agrees with the motion of points by WallMotion", "[track]") {
@@ -172,7 +252,7 @@ TEST_CASE("WallVelocity: a rigid wall that rests for a part of the interval is r
     CHECK(starts.rigid());
     CHECK(returns.rigid());
     CHECK_FALSE(starts.still());
-    CHECK(starts.terms().size() == 2);
+    CHECK(starts.terms().size() == 3);
     // A wall that starts to move in the middle of the interval rests at its beginning.
     const FlowInTime later([](double t) {
         const Wall wall = Motion{}.at(std::max(t, 0.6 * kStep));

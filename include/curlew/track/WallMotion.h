@@ -14,7 +14,7 @@ namespace curlew {
 /// move with it; the motion fades out across the wall's layer (Wall::width). No point ends up on the other side of the
 /// wall. docs/math.md has the derivation.
 ///
-/// The points near a rigid wall follow a divergence-free flow, one for its translation and one for its rotation (the
+/// The points near a rigid wall follow divergence-free flows, two for its translation and one for its rotation (the
 /// construction of Bridson et al. 2007, with potentials that are constant along its streamlines). A wall is rigid if
 /// Sdf::pose changes and the distances are the same in both poses. A wall that changes its form has a normal velocity,
 /// -(∂d/∂t) ∇d / |∇d|². If the velocity of its surface is known (Sdf::surfaceVelocity), the points also move with the

@@ -14,10 +14,11 @@ namespace curlew {
 /// which the wall moves. At the wall, w is the wall's velocity. It fades out across the wall's layer (Wall::width), as
 /// in WallMotion, which moves points by it. docs/math.md has the derivation.
 ///
-/// For a rigid wall, w has the form ∇((1−α) a) × ∇b for its translation and for its rotation, so it is divergence-free.
-/// Inside a body (Side::outside), w continues as the body's own motion. A wall that changes its form has the normal
-/// velocity -(∂d/∂t) ∇d / |∇d|² and, if it is known, the tangential part of the velocity of its surface
-/// (Sdf::surfaceVelocity). w is (1−α) times their sum, which is not divergence-free; it fades out on both sides.
+/// For a rigid wall, w is a sum of terms ∇((1−α) a) × ∇b, up to two for its translation and one for its rotation, so it
+/// is divergence-free. Inside a body (Side::outside), w continues as the body's own motion. A wall that changes its
+/// form has the normal velocity -(∂d/∂t) ∇d / |∇d|² and, if it is known, the tangential part of the velocity of its
+/// surface (Sdf::surfaceVelocity). w is (1−α) times their sum, which is not divergence-free; it fades out on both
+/// sides.
 ///
 /// Immutable, safe to share between threads.
 class WallVelocity {
@@ -30,8 +31,18 @@ class WallVelocity {
 
     bool still() const { return mStill; }
     bool rigid() const { return mRigid; } ///< The wall moves without changing its form.
-    /// The potentials of w if the wall is rigid and moves: a sum of at most two terms.
+    /// The potentials of w if the wall is rigid and moves: a sum of at most three terms.
     const std::vector<Flow::Potentials>& terms() const { return mTerms; }
+
+    /// Speeds in world units per second.
+    struct Speeds {
+        double wall = 0; ///< Of the rigid motion.
+        double air = 0;  ///< Of w.
+    };
+    /// Returns the greatest speeds at 1024 positions in and around a rigid wall, in `box` if it is unbounded; zeros if
+    /// the wall is not rigid. The air is faster than the wall, because all that the wall displaces passes it within the
+    /// layer: at about R/w times the speed of a ball of radius R with a layer of width w.
+    Speeds speeds(const Box& box) const;
 
     /// Evaluates w at the positions, world units per second.
     void eval(const PointBatch& points, VecBatch<double>& velocity) const;

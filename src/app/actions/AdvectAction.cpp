@@ -247,7 +247,7 @@ void runAdvect(Context& c, const Arguments& a) {
     AdvectOptions options = advectOptions(c, a, first.domain());
     const bool estimated = tableauOf(options.usedScheme()).embedded();
     prepareSum(c, a, first, options);
-    warnOfLostWall(c, flow, begin, options.time, "points may end up on the wrong side");
+    warnOfMovingWall(c, flow, begin, options.time, "points may end up on the wrong side");
     PointSet set = c.takePoints("points");
     Points& particles = set.particles;
     const TrackedFlow tracked = c.tracked("flow");

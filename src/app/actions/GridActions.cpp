@@ -230,7 +230,7 @@ void velocity(Context& c, const Arguments& a) {
     if (a.given("padding") && domain.wall) domain = Domain::of(*domain.wall, a.real("padding"));
     if (a.given("box")) domain.box = a.box("box");
     flow = flow.within(domain);
-    warnOfLostWall(c, c.flowInTime("flow"), "velocities beside it may be wrong");
+    warnOfMovingWall(c, c.flowInTime("flow"), "velocities beside it may be wrong", false);
     VelocityGridOptions options{.voxel = a.given("voxel") ? a.real("voxel") : 0,
                                 .dim = a.integer<int>("dim"),
                                 .layout = a.flag("staggered") ? Layout::staggered : Layout::collocated,
@@ -246,7 +246,10 @@ void velocity(Context& c, const Arguments& a) {
         flow = flow.within(domain);
     }
     const bool potential = options.moving && a.text("displaced") == "potential";
-    if (potential) options.displaced = displacedBy(c, flow, options);
+    if (potential)
+        options.displaced = displacedBy(c, flow, options);
+    else if (options.moving)
+        warnOfFastAir(c, *options.moving, flow.domain());
     const auto grid = velocityGrid(flow, options, c.follow("velocity"));
     if (grid->activeVoxelCount() == 0)
         throw ValueError("the grid has no active voxel, since the domain is thinner than a voxel; use smaller voxels");

@@ -99,7 +99,7 @@ AdvectedLevelSet advanced(Context& c, const Arguments& a, const LevelSet& origin
 
 void advectLevelSetAction(Context& c, const Arguments& a) {
     const LevelSet before = levelSetToFollow(c);
-    warnOfLostWall(c, c.flowInTime("flow"), kMixedSides);
+    warnOfMovingWall(c, c.flowInTime("flow"), kMixedSides);
     const Monitor monitor = c.follow("advecting the level set");
     const double begin = a.real("begin"), time = timeOf(c, a);
     const bool weno5 = a.text("method") == "weno5";
@@ -131,7 +131,7 @@ void advectLevelSetAction(Context& c, const Arguments& a) {
 
 void advectGridAction(Context& c, const Arguments& a) {
     const openvdb::GridBase::ConstPtr grid = c.grid("grid").grid;
-    warnOfLostWall(c, c.flowInTime("flow"), kMixedSides);
+    warnOfMovingWall(c, c.flowInTime("flow"), kMixedSides);
     const AdvectedGrid result = advectGrid(
         *grid, c.flowInTime("flow"), a.real("begin"), timeOf(c, a),
         {.map = mapOptions(c, a, grid->voxelSize()[0]), .interpolation = a.choice<Interpolation>("interpolation")},

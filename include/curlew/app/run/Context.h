@@ -17,6 +17,7 @@ struct Memory {
     std::shared_ptr<void> object = {}; ///< Rebuilt after -resume.
     Json figures = Json::object();     ///< What the node reported in the frame before.
     bool warnedOfWall = false;         ///< The action has warned of a wall that moves too far.
+    bool warnedOfAir = false;          ///< The action has warned of air that a wall pushes too fast.
 };
 
 /// One evaluation of a node, as its action sees it.
