@@ -16,13 +16,24 @@ FileError noCurves(const fs::path& path, const std::string& what) {
     return FileError(fmt::format("'{}' cannot be read as curves: {}", path.string(), what));
 }
 
-/// Reads the points (`v`) and polylines (`l`) of an .obj.
+/// Joins edges to curves. Throws FileError, naming the file, as curvesOf() throws ValueError.
+Curves joinedCurves(const fs::path& path, const std::vector<Vec3d>& vertices, const std::vector<CurveEdge>& edges,
+                    const std::vector<int64_t>& ids = {}) {
+    try {
+        return curvesOf(vertices, edges, ids);
+    } catch (const ValueError& error) {
+        throw noCurves(path, error.what());
+    }
+}
+
+/// Reads the points (`v`) and polylines (`l`) of an .obj. If all polylines have two vertices, they are edges.
 Curves readObjCurves(const fs::path& path) {
     std::string text = contentOf(path);
     unifyLines(text);
     std::string_view rest = text;
     std::vector<Vec3d> points;
     std::vector<Polyline> polylines;
+    std::vector<CurveEdge> edges; // the lines of two vertices
     for (size_t number = 1; !rest.empty(); ++number) {
         const auto fail = [&](const std::string& what) {
             return noCurves(path, fmt::format("line {} {}", number, what));
@@ -49,6 +60,8 @@ Curves readObjCurves(const fs::path& path) {
                 polyline.points.push_back(points[static_cast<size_t>(last - 1)]);
             }
             if (polyline.points.size() < 2) throw fail("has a curve with fewer than 2 vertices");
+            if (polyline.points.size() == 2)
+                edges.push_back({static_cast<uint32_t>(first - 1), static_cast<uint32_t>(last - 1)});
             if (polyline.points.size() > 3 && first == last) {
                 polyline.closed = true;
                 polyline.points.pop_back();
@@ -57,7 +70,7 @@ Curves readObjCurves(const fs::path& path) {
         }
     }
     if (polylines.empty()) throw noCurves(path, "it has no curves (lines that begin with l)");
-    return curvesOf(polylines);
+    return edges.size() == polylines.size() ? joinedCurves(path, points, edges) : curvesOf(polylines);
 }
 
 /// Reads the columns curve, x, y, z and, if there is one, closed.
@@ -103,11 +116,7 @@ Curves readPlyCurves(const fs::path& path) {
         vertices.push_back({{row[x], row[y], row[z]}});
         if (curve < names.size()) ids.push_back(std::abs(row[curve]) < 0x1p53 ? static_cast<int64_t>(row[curve]) : 0);
     }
-    try {
-        return curvesOf(vertices, given.edges, ids);
-    } catch (const ValueError& error) {
-        throw noCurves(path, error.what());
-    }
+    return joinedCurves(path, vertices, given.edges, ids);
 }
 
 } // namespace

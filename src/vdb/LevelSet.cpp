@@ -12,7 +12,10 @@
 #include <openvdb/tools/FastSweeping.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace curlew {
 
@@ -27,8 +30,29 @@ LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, SolidOptions options, 
 
 namespace {
 
-openvdb::FloatGrid::Ptr withBackground(const openvdb::FloatGrid& grid, float background) {
+using openvdb::FloatGrid;
+
+/// Returns the three greatest absolute values of active voxels and tiles, each less than the one before; 0 if there are
+/// fewer.
+std::array<float, 3> greatestOf(const FloatGrid& grid) {
+    std::array<float, 3> greatest{};
+    for (auto value = grid.cbeginValueOn(); value; ++value) {
+        if (!std::isfinite(*value))
+            throw ValueError(fmt::format("level set '{}' has values that are not finite", grid.getName()));
+        float size = std::abs(*value);
+        for (float& one : greatest) {
+            if (size == one) break;
+            if (size > one) std::swap(size, one);
+        }
+    }
+    return greatest;
+}
+
+/// Returns a copy with another background, in which voxels with absolute values from `limit` on are not active.
+FloatGrid::Ptr withBackground(const FloatGrid& grid, float background, float limit) {
     auto copy = grid.deepCopy();
+    for (auto value = copy->beginValueOn(); value; ++value)
+        if (!(std::abs(*value) < limit)) value.setActiveState(false);
     openvdb::tools::changeLevelSetBackground(copy->tree(), background);
     return copy;
 }
@@ -49,18 +73,19 @@ LevelSet levelSetOf(const openvdb::GridBase::ConstPtr& grid) {
     if (!(floats->background() > 0) || !std::isfinite(floats->background()))
         throw ValueError(fmt::format("level set '{}' has background {}; it must be positive", grid->getName(),
                                      floats->background()));
-    float greatest = 0;
-    for (auto leaf = floats->tree().cbeginLeaf(); leaf; ++leaf)
-        for (auto value = leaf->cbeginValueOn(); value; ++value) {
-            if (!std::isfinite(*value))
-                throw ValueError(fmt::format("level set '{}' has values that are not finite", grid->getName()));
-            greatest = std::max(greatest, std::abs(*value));
-        }
+    const std::array<float, 3> greatest = greatestOf(*floats);
     if (!enclosesSomething(*floats)) throw ValueError(fmt::format("level set '{}' encloses nothing", grid->getName()));
-    const auto most = greatest + static_cast<float>(voxel[0]);
-    if (greatest > 0 && floats->background() > std::max(2 * greatest, most))
-        return {withBackground(*floats, most), nullptr};
-    return {floats, nullptr};
+    constexpr float kMarker = 4, kForeign = 2; // times the greatest distance
+    const auto size = static_cast<float>(voxel[0]);
+    size_t markers = 0; // one outside and another inside, at most
+    for (size_t k = 0; k + 1 < greatest.size(); ++k)
+        if (const float next = greatest[k + 1]; next > 0 && greatest[k] > std::max(kMarker * next, next + 2 * size))
+            markers = k + 1;
+    const float distance = greatest[markers];
+    const bool foreign = distance > 0 && floats->background() > std::max(kForeign * distance, distance + size);
+    if (markers == 0 && !foreign) return {floats, nullptr};
+    const float limit = markers > 0 ? greatest[markers - 1] : std::numeric_limits<float>::infinity();
+    return {withBackground(*floats, distance + size, limit), nullptr};
 }
 
 LevelSet widened(const LevelSet& levelSet, double halfWidth, const Monitor& monitor) {

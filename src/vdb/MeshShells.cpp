@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "MeshShells.h"
 
-#include "SolidChecks.h"
-#include "SolidWinding.h"
+#include "MeshEdges.h"
 #include "WindingMoments.h"
 #include "curlew/vdb/Openvdb.h"
 
@@ -10,6 +9,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <span>
 
 namespace curlew {
@@ -41,20 +41,15 @@ bool isHidden(const Mesh& mesh, size_t face, const SolidWinding& winding) {
 } // namespace
 
 MeshShells shellsOf(const Mesh& mesh) {
-    std::vector<Index32> parent(mesh.points.size());
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](Index32 n) {
-        while (parent[n] != n) n = parent[n] = parent[parent[n]];
-        return n;
-    };
+    Groups joined(mesh.points.size());
     for (const auto& t : mesh.triangles)
-        for (int k = 1; k < 3; ++k) parent[root(t[k])] = root(t[0]);
+        for (int k = 1; k < 3; ++k) joined.join(t[k], t[0]);
     constexpr uint32_t kNone = ~uint32_t{0};
     MeshShells shells;
     std::vector<uint32_t> numbers(mesh.points.size(), kNone);
     shells.ofTriangle.reserve(mesh.triangles.size());
     for (const auto& t : mesh.triangles) {
-        uint32_t& number = numbers[root(t[0])];
+        uint32_t& number = numbers[joined.of(t[0])];
         if (number == kNone) number = static_cast<uint32_t>(shells.count++);
         shells.ofTriangle.push_back(number);
     }
@@ -79,16 +74,19 @@ struct ByShell {
 };
 
 /// Returns the part of a shell's triangles that is outside the other shells. `inward`: the shell's faces point inward.
-double outsideOthers(const Mesh& mesh, std::span<const size_t> faces, bool inward, const WindingNumber& winding) {
+/// `open`: of the open shells, if there are any.
+double outsideOthers(const Mesh& mesh, std::span<const size_t> faces, bool inward, const WindingNumber& closed,
+                     const std::optional<WindingNumber>& open) {
     const size_t count = std::min(faces.size(), kExamined);
     size_t outside = 0;
     for (size_t k = 0; k < count; ++k) {
         const winding::Triangle triangle = winding::triangleOf(mesh, faces[examined(k, faces.size())]);
         const double size = std::sqrt(length(triangle.area()));
         if (!(size > 0)) continue;
-        const auto [above, below] = winding.beside(triangle.middle(), triangle.area() * (1e-3 / size));
+        const auto [above, below] = closed.beside(triangle.middle(), triangle.area() * (1e-3 / size));
         const double others = 0.5 * (above + below) + (inward ? 0.5 : -0.5); // without the shell itself
-        outside += SolidWinding::isInside(others) ? 0 : 1;
+        if (SolidWinding::isInside(others) || (open && SolidWinding::isInside(open->at(triangle.middle())))) continue;
+        ++outside;
     }
     return static_cast<double>(outside) / static_cast<double>(count);
 }
@@ -107,16 +105,6 @@ std::vector<double> volumesOf(const Mesh& mesh, const MeshShells& shells) {
     return volumes;
 }
 
-/// Returns which shells are open: those with edges that are not used equally often in both directions.
-std::vector<bool> openShells(const Mesh& mesh, const MeshShells& shells) {
-    std::vector<bool> unbalanced(mesh.points.size(), false), open(shells.count, false);
-    for (const Index32 vertex : unbalancedEdges(mesh)) unbalanced[vertex] = true;
-    for (size_t face = 0; face < mesh.triangles.size(); ++face)
-        for (int k = 0; k < 3; ++k)
-            if (unbalanced[mesh.triangles[face][k]]) open[shells.ofTriangle[face]] = true;
-    return open;
-}
-
 /// Returns whether a shell lies within those of `winding`: w is 1/2 on average, and more than 1/4 nearly everywhere.
 bool isWithin(const Mesh& mesh, std::span<const size_t> faces, const WindingNumber& winding) {
     const size_t count = std::min(faces.size(), kExamined);
@@ -131,8 +119,9 @@ bool isWithin(const Mesh& mesh, std::span<const size_t> faces, const WindingNumb
 
 } // namespace
 
-size_t turnProtruding(Mesh& mesh, const Monitor& monitor) {
+size_t turnProtruding(SolidFaces& faces, const Monitor& monitor) {
     constexpr double kOutside = 0.1;
+    const Mesh mesh = faces.closedOnes();
     const MeshShells shells = shellsOf(mesh);
     if (shells.count < 2) return 0;
     const std::vector<double> volumes = volumesOf(mesh, shells);
@@ -140,60 +129,61 @@ size_t turnProtruding(Mesh& mesh, const Monitor& monitor) {
         *std::max_element(volumes.begin(), volumes.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
     const auto against = [&](double volume) { return volume * largest < 0; };
     if (std::none_of(volumes.begin(), volumes.end(), against)) return 0;
-    const WindingNumber winding(mesh, monitor);
+    const WindingNumber closed(mesh, monitor);
+    std::optional<WindingNumber> open;
+    if (faces.hasOpen()) open.emplace(faces.openOnes(), monitor);
     const ByShell triangles(shells);
     size_t turned = 0;
     for (size_t shell = 0; shell < shells.count; ++shell) {
-        const auto faces = triangles.of(shell);
-        if (!against(volumes[shell]) || faces.size() < kMinFaces) continue;
+        const auto ofShell = triangles.of(shell);
+        if (!against(volumes[shell]) || ofShell.size() < kMinFaces) continue;
         monitor.check();
-        if (outsideOthers(mesh, faces, volumes[shell] < 0, winding) < kOutside) continue;
-        for (const size_t face : faces) std::swap(mesh.triangles[face][1], mesh.triangles[face][2]);
+        if (outsideOthers(mesh, ofShell, volumes[shell] < 0, closed, open) < kOutside) continue;
+        for (const size_t n : ofShell) std::swap(faces.triangles.triangles[n][1], faces.triangles.triangles[n][2]);
         ++turned;
     }
     return turned;
 }
 
-Mesh closedBesideOpen(const Mesh& mesh, const Monitor& monitor) {
-    const MeshShells shells = shellsOf(mesh);
-    if (shells.count < 2) return {};
-    const std::vector<bool> isOpen = openShells(mesh, shells);
-    Mesh open{.points = mesh.points, .triangles = {}, .quads = {}}, closed = open;
-    for (size_t face = 0; face < mesh.triangles.size(); ++face)
-        if (isOpen[shells.ofTriangle[face]]) open.triangles.push_back(mesh.triangles[face]);
-    if (open.triangles.empty() || open.triangles.size() == mesh.triangles.size()) return {};
-    const WindingNumber winding(open, monitor);
-    const std::vector<double> volumes = volumesOf(mesh, shells);
+SolidShells solidShells(const SolidFaces& faces, const Monitor& monitor) {
+    SolidShells parts{.closed = faces.closedOnes(), .others = faces.openOnes()};
+    if (parts.closed.faces() == 0 || parts.others.faces() == 0) return parts;
+    const WindingNumber open(parts.others, monitor);
+    const MeshShells shells = shellsOf(parts.closed);
+    const std::vector<double> volumes = volumesOf(parts.closed, shells);
     const ByShell triangles(shells);
+    parts.closed.triangles.clear();
     for (size_t shell = 0; shell < shells.count; ++shell) {
-        const auto faces = triangles.of(shell);
-        if (isOpen[shell] || faces.size() < kMinFaces) continue;
         monitor.check();
-        if (volumes[shell] < 0 && isWithin(mesh, faces, winding)) continue;
-        for (const size_t face : faces) closed.triangles.push_back(mesh.triangles[face]);
+        const auto ofShell = triangles.of(shell);
+        const bool cavity = volumes[shell] < 0 && isWithin(faces.triangles, ofShell, open);
+        for (const size_t n : ofShell)
+            (cavity ? parts.others : parts.closed).triangles.push_back(faces.triangles.triangles[n]);
     }
-    return closed;
+    return parts;
 }
 
-FilledShells filledShells(const Mesh& mesh, const SolidWinding& winding, const Monitor& monitor) {
+FilledShells filledShells(const SolidFaces& faces, const SolidWinding& winding, const Monitor& monitor) {
+    constexpr double kFlat = 1e-6; // volume of a shell that encloses nothing, for its area
+    const Mesh mesh = faces.closedOnes();
     const MeshShells shells = shellsOf(mesh);
-    if (shells.count < 2) return {};
+    if (shells.count == 0 || (shells.count == 1 && !faces.hasOpen())) return {};
+    const std::vector<double> volumes = volumesOf(mesh, shells);
     const ByShell triangles(shells);
     FilledShells filled;
     for (size_t shell = 0; shell < shells.count; ++shell) {
-        const auto faces = triangles.of(shell);
-        if (faces.size() < kMinFaces) continue;
+        const auto ofShell = triangles.of(shell);
+        if (ofShell.size() < kMinFaces) continue;
         monitor.check();
         bool hidden = true;
-        for (size_t k = 0; k < std::min(faces.size(), kExamined) && hidden; ++k)
-            hidden = isHidden(mesh, faces[examined(k, faces.size())], winding);
-        if (!hidden) continue;
-        Mesh part{.points = mesh.points, .triangles = {}, .quads = {}};
-        for (const size_t face : faces) part.triangles.push_back(mesh.triangles[face]);
-        if (!topologyOf(part).closed()) continue;
+        for (size_t k = 0; k < std::min(ofShell.size(), kExamined) && hidden; ++k)
+            hidden = isHidden(mesh, ofShell[examined(k, ofShell.size())], winding);
+        double area = 0;
+        for (const size_t face : ofShell) area += length(winding::triangleOf(mesh, face).area());
+        if (!hidden || std::abs(volumes[shell]) < kFlat * area * std::sqrt(area)) continue;
         ++filled.count;
-        filled.faces += faces.size();
-        filled.volume += std::abs(volumeOf(part));
+        filled.faces += ofShell.size();
+        filled.volume += std::abs(volumes[shell]);
     }
     return filled;
 }

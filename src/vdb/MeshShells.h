@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "SolidFaces.h"
 #include "SolidWinding.h"
 #include "curlew/vdb/MeshFile.h"
 
@@ -16,17 +17,19 @@ struct MeshShells {
 
 MeshShells shellsOf(const Mesh& mesh);
 
-/// Reverses the faces of closed shells that run against the largest one but reach out of the others, such as the
-/// mirrored eye of a character: they are no cavities, and would leave a hollow where they overlap. `mesh` must be
-/// closed and oriented (isOriented()). Returns the number of shells. Up to 32 triangles of each shell are examined; a
-/// tenth must be outside the others.
-size_t turnProtruding(Mesh& mesh, const Monitor& monitor);
+/// Reverses the faces of closed shells that run against the largest one but reach out of the other shells, such as the
+/// mirrored eye of a character: they are no cavities, and would leave a hollow where they overlap. Returns their
+/// number. Up to 32 triangles of each shell are examined; a tenth must be outside the others.
+size_t turnProtruding(SolidFaces& faces, const Monitor& monitor);
 
-/// Returns the closed shells of a triangle mesh that also has open ones, without cavities of the open ones. A cavity is
-/// a shell whose faces point inward, with w > 1/2 on average and w > 1/4 on nine in ten of up to 32 of its triangles, w
-/// of the open shells together. Returns a mesh without faces if there are none, or if no shell is open. A shell is
-/// closed if each edge is used equally often in both directions.
-Mesh closedBesideOpen(const Mesh& mesh, const Monitor& monitor);
+/// The closed shells of a mesh that are solid by themselves, and all other triangles.
+struct SolidShells {
+    Mesh closed, others;
+};
+
+/// A closed shell is among the others if it is a cavity of the open ones: its faces point inward, and the winding
+/// number w of the open ones is more than 1/2 on average and more than 1/4 on nine in ten of up to 32 of its triangles.
+SolidShells solidShells(const SolidFaces& faces, const Monitor& monitor);
 
 /// Closed shells that lie inside a solid and bound nothing.
 struct FilledShells {
@@ -34,8 +37,8 @@ struct FilledShells {
     double volume = 0; ///< The sum of their volumes, cubic world units.
 };
 
-/// Finds the closed shells of a triangle mesh that bound nothing since both of their sides are inside the solid |w| >
-/// 1/2. Up to 32 triangles of each shell are examined; all must lie inside.
-FilledShells filledShells(const Mesh& mesh, const SolidWinding& winding, const Monitor& monitor);
+/// Finds the closed shells of a mesh that bound nothing since both of their sides are inside the solid. Up to 32
+/// triangles of each shell are examined; all must lie inside.
+FilledShells filledShells(const SolidFaces& faces, const SolidWinding& winding, const Monitor& monitor);
 
 } // namespace curlew

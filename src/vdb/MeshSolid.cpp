@@ -96,16 +96,10 @@ void giveSigns(FloatGrid& grid, SolidBoundary& solid, const Monitor& monitor) {
     spreadSigns(grid, monitor);
 }
 
-/// Turns signed distances in a band into a level set.
-void finish(FloatGrid& grid) {
-    grid.setGridClass(openvdb::GRID_LEVEL_SET);
-    openvdb::tools::signedFloodFill(grid.tree());
-}
-
 /// Makes the solid of triangles that need winding numbers.
-FloatGrid::Ptr judged(const Mesh& faces, const openvdb::math::Transform& transform, double halfWidth, bool oriented,
+FloatGrid::Ptr judged(const SolidFaces& faces, const openvdb::math::Transform& transform, double halfWidth,
                       SolidFigures& figures, double& area, const Monitor& monitor) {
-    SolidBoundary solid(faces, transform, oriented, monitor);
+    SolidBoundary solid(faces, transform, monitor);
     figures.clean = false;
     figures.turned = solid.turned();
     figures.undecided = solid.undecided();
@@ -123,10 +117,9 @@ FloatGrid::Ptr judged(const Mesh& faces, const openvdb::math::Transform& transfo
     return grid;
 }
 
-FloatGrid::Ptr solidOfTriangles(const Mesh& mesh, const MeshTopology& topology,
-                                const openvdb::math::Transform& transform, double halfWidth, SolidFigures& figures,
-                                double& area, const Monitor& monitor) {
-    const SolidFaces faces = solidFacesOf(mesh, topology, monitor.quiet());
+/// Makes the solid of triangles.
+FloatGrid::Ptr solidOfTriangles(const SolidFaces& faces, const openvdb::math::Transform& transform, double halfWidth,
+                                SolidFigures& figures, double& area, const Monitor& monitor) {
     figures.duplicateFaces = faces.duplicates;
     figures.boundaryEdges = faces.boundaryEdges;
     figures.reversedFaces = faces.reversed;
@@ -137,7 +130,7 @@ FloatGrid::Ptr solidOfTriangles(const Mesh& mesh, const MeshTopology& topology,
             return grid;
         }
     }
-    return judged(faces.triangles, transform, halfWidth, faces.oriented, figures, area, monitor);
+    return judged(faces, transform, halfWidth, figures, area, monitor);
 }
 
 /// Makes a sheet: the distance to the mesh minus half the thickness.
@@ -164,6 +157,32 @@ std::string encloses(const SolidFigures& figures, double voxel) {
                                          "thickness={:.3g} is four voxels",
                                          4 * voxel)
                            : std::string("use smaller voxels"));
+}
+
+/// Turns signed distances in a band into a level set. Throws ValueError if it encloses nothing.
+void finish(FloatGrid& grid, const SolidFigures& figures) {
+    grid.setGridClass(openvdb::GRID_LEVEL_SET);
+    grid.setName("surface");
+    openvdb::tools::signedFloodFill(grid.tree());
+    if (!enclosesSomething(grid)) throw ValueError(encloses(figures, grid.voxelSize()[0]));
+}
+
+/// Makes the level set of a mesh that is no sheet, and measures it.
+FloatGrid::Ptr solid(const Mesh& mesh, const MeshTopology& topology, const openvdb::math::Transform& transform,
+                     const SolidOptions& options, SolidFigures& figures, const Monitor& monitor) {
+    const SolidFaces faces = solidFacesOf(mesh, topology, monitor.quiet());
+    double area = 0;
+    FloatGrid::Ptr grid = solidOfTriangles(faces, transform, options.halfWidth, figures, area, monitor);
+    finish(*grid, figures);
+    if (options.measureParts) {
+        const PartThickness parts = partThickness(faces.triangles, *grid, monitor.quiet());
+        figures.thin = parts.thin;
+        figures.missing = parts.below;
+        figures.enough = parts.thinnest / kThinVoxels;
+    }
+    const double volume = figures.clean ? std::abs(volumeOf(mesh)) : openvdb::tools::levelSetVolume(*grid);
+    figures.meanThickness = 2 * volume / (area * transform.voxelSize()[0]);
+    return grid;
 }
 
 } // namespace
@@ -195,22 +214,12 @@ MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options,
 
     const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
     SolidFigures figures{.boundaryEdges = topology.boundaryEdges, .degenerateFaces = topology.degenerateFaces};
-    double area = 0; // area of the solid; 0 for a sheet
-    FloatGrid::Ptr grid = options.thickness > 0 ? sheet(*mesh, *transform, options, monitor)
-                                                : solidOfTriangles(*mesh, topology, *transform, options.halfWidth,
-                                                                   figures, area, monitor);
-    finish(*grid);
-    if (!enclosesSomething(*grid)) throw ValueError(encloses(figures, voxel));
-    grid->setName("surface");
-    if (options.thickness == 0 && options.measureParts) {
-        const PartThickness parts = partThickness(*mesh, *grid, monitor.quiet());
-        figures.thin = parts.thin;
-        figures.missing = parts.below;
-        figures.enough = parts.thinnest / kThinVoxels;
-    }
-    if (options.thickness == 0) {
-        const double volume = figures.clean ? std::abs(volumeOf(*mesh)) : openvdb::tools::levelSetVolume(*grid);
-        figures.meanThickness = 2 * volume / (area * voxel);
+    FloatGrid::Ptr grid;
+    if (options.thickness > 0) {
+        grid = sheet(*mesh, *transform, options, monitor);
+        finish(*grid, figures);
+    } else {
+        grid = solid(*mesh, topology, *transform, options, figures, monitor);
     }
     return {{grid, std::move(mesh)}, figures};
 }

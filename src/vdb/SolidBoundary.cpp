@@ -14,13 +14,12 @@ namespace curlew {
 
 using openvdb::Coord;
 
-SolidBoundary::SolidBoundary(const Mesh& mesh, const openvdb::math::Transform& transform, bool whole,
-                             const Monitor& monitor)
-    : mTransform(transform), mWinding(mesh, monitor.quiet()) {
+SolidBoundary::SolidBoundary(const SolidFaces& faces, const openvdb::math::Transform& transform, const Monitor& monitor)
+    : mTransform(transform), mWinding(faces, monitor.quiet()) {
     const Monitor quiet = monitor.quiet();
-    computeNear(mesh, quiet);
-    sortFaces(mesh, quiet);
-    if (!whole) closeHoles(quiet);
+    computeNear(faces.triangles, quiet);
+    sortFaces(faces.triangles, quiet);
+    if (!faces.oriented) closeHoles(quiet);
 }
 
 void SolidBoundary::computeNear(const Mesh& mesh, const Monitor& monitor) {

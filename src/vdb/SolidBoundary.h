@@ -13,9 +13,7 @@ class SolidBoundary {
     /// the mesh passes through.
     static constexpr double kNear = 1.75;
 
-    /// The mesh must have triangles only, without duplicates. `whole`: winding numbers are integers, so there are no
-    /// holes.
-    SolidBoundary(const Mesh& mesh, const openvdb::math::Transform& transform, bool whole, const Monitor& monitor);
+    SolidBoundary(const SolidFaces& faces, const openvdb::math::Transform& transform, const Monitor& monitor);
 
     /// The surface of the solid: the faces, or pieces of them, that separate inside from outside, and quads across
     /// holes. Not oriented.

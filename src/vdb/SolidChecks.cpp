@@ -2,6 +2,7 @@
 #include "SolidChecks.h"
 
 #include "BandSize.h"
+#include "MeshEdges.h"
 #include "curlew/vdb/Openvdb.h"
 
 #include <tbb/parallel_sort.h>
@@ -53,7 +54,7 @@ Mesh inTriangles(const Mesh& mesh) {
     return result;
 }
 
-Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates) {
+Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates, std::vector<openvdb::Vec3I>& pairs) {
     Mesh all = inTriangles(mesh);
     const std::vector<Index32> first = firstAlike(all.points);
     std::vector<FaceCorners> keys;
@@ -96,30 +97,15 @@ Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates) {
     if (2 * even.size() > groups ||
         (!even.empty() && topologyOf(only(both)).boundaryEdges < topologyOf(only(stay)).boundaryEdges))
         stay = std::move(both);
+    else
+        pairs = only(even).triangles;
     duplicates = keys.size() - stay.size();
     Mesh result = only(stay);
     result.points = std::move(all.points);
     return result;
 }
 
-size_t orient(Mesh& triangles) {
-    struct Edge {
-        uint64_t ends;
-        Index32 face;
-        bool up; // from the lower to the higher index
-    };
-    std::vector<Edge> edges;
-    edges.reserve(3 * triangles.triangles.size());
-    for (size_t n = 0; n < triangles.triangles.size(); ++n) {
-        const auto& t = triangles.triangles[n];
-        for (int k = 0; k < 3; ++k) {
-            const uint64_t a = t[k], b = t[(k + 1) % 3];
-            edges.push_back({std::min(a, b) << 32 | std::max(a, b), static_cast<Index32>(n), a < b});
-        }
-    }
-    tbb::parallel_sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
-        return std::pair(a.ends, a.face) < std::pair(b.ends, b.face);
-    });
+size_t orient(Mesh& triangles, size_t counted) {
     // Union-find; `against` says whether a triangle runs against the one it points to.
     std::vector<Index32> parent(triangles.triangles.size());
     std::vector<bool> against(parent.size()), oneSided(parent.size());
@@ -140,23 +126,19 @@ size_t orient(Mesh& triangles) {
         return top;
     };
     const auto runsAgainst = [&](Index32 n) { return root(n) != n && against[n]; };
-    for (size_t k = 0; k < edges.size();) {
-        size_t end = k;
-        while (end < edges.size() && edges[end].ends == edges[k].ends) ++end;
-        if (end - k == 2) {
-            const bool disagree = edges[k].up == edges[k + 1].up;
-            const Index32 p = edges[k].face, q = edges[k + 1].face, a = root(p), b = root(q);
-            const bool turn = disagree != (runsAgainst(p) != runsAgainst(q));
-            if (a == b) {
-                oneSided[a] = oneSided[a] || turn;
-            } else {
-                parent[b] = a;
-                against[b] = turn;
-                oneSided[a] = oneSided[a] || oneSided[b];
-            }
+    forEachEdge(sidesByEdge(triangles), [&](std::span<const TriangleSide> sides) {
+        if (sides.size() != 2) return;
+        const bool disagree = sides[0].up == sides[1].up;
+        const Index32 p = sides[0].triangle, q = sides[1].triangle, a = root(p), b = root(q);
+        const bool turn = disagree != (runsAgainst(p) != runsAgainst(q));
+        if (a == b) {
+            oneSided[a] = oneSided[a] || turn;
+        } else {
+            parent[b] = a;
+            against[b] = turn;
+            oneSided[a] = oneSided[a] || oneSided[b];
         }
-        k = end;
-    }
+    });
     std::vector<size_t> size(parent.size()), reversed(parent.size());
     for (Index32 n = 0; n < parent.size(); ++n) {
         const Index32 part = root(n);
@@ -169,33 +151,9 @@ size_t orient(Mesh& triangles) {
         const bool most = 2 * reversed[part] > size[part];
         if (oneSided[part] || runsAgainst(n) == most) continue;
         std::swap(triangles.triangles[n][1], triangles.triangles[n][2]);
-        ++count;
+        count += n < counted ? 1 : 0;
     }
     return count;
-}
-
-std::vector<Index32> unbalancedEdges(const Mesh& mesh) {
-    // One entry per edge of each face: its sorted ends and its direction.
-    std::vector<std::pair<uint64_t, int8_t>> edges;
-    edges.reserve(3 * mesh.triangles.size() + 4 * mesh.quads.size());
-    const auto add = [&](const Index32* corner, size_t count) {
-        for (size_t k = 0; k < count; ++k) {
-            const uint64_t a = corner[k], b = corner[(k + 1) % count];
-            if (a != b) edges.emplace_back(std::min(a, b) << 32 | std::max(a, b), a < b ? 1 : -1);
-        }
-    };
-    for (const auto& t : mesh.triangles) add(t.asV(), 3);
-    for (const auto& q : mesh.quads) add(q.asV(), 4);
-    tbb::parallel_sort(edges);
-    std::vector<Index32> found;
-    int balance = 0;
-    for (size_t n = 0; n < edges.size(); ++n) {
-        balance += edges[n].second;
-        if (n + 1 < edges.size() && edges[n + 1].first == edges[n].first) continue;
-        if (balance != 0) found.push_back(static_cast<Index32>(edges[n].first >> 32));
-        balance = 0;
-    }
-    return found;
 }
 
 double volumeOf(const Mesh& mesh) {

@@ -19,19 +19,15 @@ Mesh inTriangles(const Mesh& mesh);
 
 /// Does the same, joins points at the same position, and removes degenerate triangles and duplicates, which it counts.
 /// Of triangles with the same vertices one is kept, in the more frequent direction. If equally many run in either
-/// direction, they bound nothing together and none is kept. But if most of the mesh consists of such groups, or if it
-/// has fewer boundary edges with them, they are made to be seen from both sides, and one of each is kept.
-Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates);
+/// direction, they bound nothing together and none is kept: `pairs` receives one of each such group. But if most of the
+/// mesh consists of such groups, or if it has fewer boundary edges with them, they are made to be seen from both sides,
+/// and one of each is kept.
+Mesh distinctTriangles(const Mesh& mesh, size_t& duplicates, std::vector<openvdb::Vec3I>& pairs);
 
 /// Makes neighbouring triangles agree on which side is outside: in each part that is connected by edges between two
-/// triangles, reverses those that run against the others, and returns their number. Leaves parts alone that have only
-/// one side, such as a Möbius strip.
-size_t orient(Mesh& triangles);
-
-/// Returns a vertex of each edge that is not used equally often in both directions. If there is none, winding numbers
-/// are integers.
-std::vector<openvdb::Index32> unbalancedEdges(const Mesh& mesh);
-inline bool isOriented(const Mesh& mesh) { return unbalancedEdges(mesh).empty(); }
+/// triangles, reverses those that run against the others, and returns how many of the first `counted` these are. Leaves
+/// parts alone that have only one side, such as a Möbius strip.
+size_t orient(Mesh& triangles, size_t counted);
 
 /// Returns the enclosed volume, positive if the faces run counter-clockwise as seen from outside (divergence theorem,
 /// with the centre of the mesh's box as origin).

@@ -40,7 +40,7 @@ struct SolidDistance::Parts {
 
 SolidDistance::SolidDistance(const Mesh& mesh, double thickness, const Monitor& monitor) {
     auto parts = std::make_unique<Parts>(mesh, thickness, monitor);
-    if (!(thickness > 0)) parts->winding.emplace(solidFacesOf(mesh, topologyOf(mesh), monitor).triangles, monitor);
+    if (!(thickness > 0)) parts->winding.emplace(solidFacesOf(mesh, topologyOf(mesh), monitor), monitor);
     mParts = std::move(parts);
 }
 

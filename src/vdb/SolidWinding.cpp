@@ -9,36 +9,40 @@ namespace curlew {
 
 namespace {
 
-/// `ofClosed`: the winding number of the closed shells.
-double combined(double w, double ofClosed) {
-    return SolidWinding::isInside(ofClosed) ? ofClosed + std::copysign(1.0, ofClosed) : w;
+/// The winding number that decides, from those of the closed shells and of the others.
+double combined(double closed, double others) {
+    return SolidWinding::isInside(closed) ? closed + std::copysign(1.0, closed) : closed + others;
 }
 
 } // namespace
 
-SolidWinding::SolidWinding(const Mesh& mesh, const Monitor& monitor) : mAll(mesh, monitor) {
-    if (const Mesh closed = closedBesideOpen(mesh, monitor); closed.faces() > 0) mClosed.emplace(closed, monitor);
+SolidWinding::SolidWinding(const SolidFaces& faces, const Monitor& monitor) {
+    const SolidShells parts = solidShells(faces, monitor);
+    if (parts.closed.faces() > 0) mClosed.emplace(parts.closed, monitor);
+    if (parts.others.faces() > 0 || !mClosed) mOthers.emplace(parts.others, monitor);
 }
 
 double SolidWinding::at(const Vec3d& position) const {
-    const double w = mAll.at(position);
-    return mClosed ? combined(w, mClosed->at(position)) : w;
+    if (!mOthers) return mClosed->at(position);
+    return mClosed ? combined(mClosed->at(position), mOthers->at(position)) : mOthers->at(position);
 }
 
 std::vector<double> SolidWinding::at(std::span<const Vec3d> positions, const Monitor& monitor) const {
-    std::vector<double> w = mAll.at(positions, monitor);
+    if (!mOthers) return mClosed->at(positions, monitor);
+    std::vector<double> w = mOthers->at(positions, monitor);
     if (mClosed) {
-        const std::vector<double> ofClosed = mClosed->at(positions, monitor);
-        std::transform(w.begin(), w.end(), ofClosed.begin(), w.begin(), combined);
+        const std::vector<double> closed = mClosed->at(positions, monitor);
+        std::transform(closed.begin(), closed.end(), w.begin(), w.begin(), combined);
     }
     return w;
 }
 
 std::array<double, 2> SolidWinding::beside(const Vec3d& position, const Vec3d& step) const {
-    const auto [above, below] = mAll.beside(position, step);
-    if (!mClosed) return {above, below};
-    const auto [closedAbove, closedBelow] = mClosed->beside(position, step);
-    return {combined(above, closedAbove), combined(below, closedBelow)};
+    if (!mOthers) return mClosed->beside(position, step);
+    const auto others = mOthers->beside(position, step);
+    if (!mClosed) return others;
+    const auto closed = mClosed->beside(position, step);
+    return {combined(closed[0], others[0]), combined(closed[1], others[1])};
 }
 
 } // namespace curlew

@@ -330,3 +330,19 @@ TEST_CASE("readCurves: an OBJ may have continued lines and any line ends", "[vdb
             CHECK(c.x[2] == 2);
         }
 }
+
+TEST_CASE("readCurves: the edges of an OBJ are joined where two meet", "[vdb]") {
+    const Folder folder;
+    const std::string points = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 1 2 0\nv 7 7 7\n";
+    test::store(folder / "edges.obj", points + "l 2 3\nl 1 2\nl 4 5\nl 5 6\nl 6 4\n");
+    const Curves edges = readCurves(folder / "edges.obj");
+    REQUIRE(edges.size() == 2);
+    CHECK(edges.x == std::vector<double>{0, 1, 2, 0, 1, 1});
+    CHECK(edges.downstream[0] != CurveEnd::closed);
+    CHECK(edges.downstream[1] == CurveEnd::closed);
+    // Beside a longer line, one of two vertices is a curve of its own.
+    test::store(folder / "lines.obj", points + "l 1 2\nl 2 3\nl 4 5 6\n");
+    CHECK(readCurves(folder / "lines.obj").size() == 3);
+    test::store(folder / "point.obj", points + "l 1 2\nl 3 3\n");
+    CHECK_THROWS_WITH(readCurves(folder / "point.obj"), ContainsSubstring("point.obj"));
+}

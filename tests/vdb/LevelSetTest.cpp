@@ -290,6 +290,21 @@ TEST_CASE("levelSetOf: a background far beyond the distances does not count as t
     CHECK(read.grid->tree().getValue(openvdb::Coord(0)) == -read.grid->background());
     CHECK(read.grid->activeVoxelCount() == foreign->activeVoxelCount());
     CHECK(foreign->background() == 1000);
+    // The same with active voxels and tiles that hold it.
+    const auto filled = foreign->deepCopy();
+    for (auto value = filled->beginValueOff(); value; ++value) value.setActiveState(true);
+    CHECK(filled->activeVoxelCount() > 10 * foreign->activeVoxelCount());
+    const LevelSet marked = levelSetOf(filled);
+    CHECK(marked.grid->background() == read.grid->background());
+    CHECK(marked.grid->tree().getValue(openvdb::Coord(0)) == -read.grid->background());
+    CHECK(marked.grid->activeVoxelCount() == foreign->activeVoxelCount());
+    // Another one inside.
+    for (auto value = filled->beginValueOn(); value; ++value)
+        if (*value == -1000) value.setValue(-500);
+    CHECK(levelSetOf(filled).grid->background() == read.grid->background());
+    // Distances that differ by a voxel from one to the next are all believed.
+    const LevelSet steep = exactSphere(1, 0.1, 8);
+    CHECK(levelSetOf(steep.grid).grid == steep.grid);
 }
 
 TEST_CASE("levelSetOf: accepts only valid float level sets", "[vdb]") {

@@ -318,6 +318,24 @@ TEST_CASE("solidOf: a closed body in a hollow of the ground is whole", "[vdb]") 
     }
 }
 
+TEST_CASE("solidOf: the wall between two boxes is no wall, and none of their faces is reversed", "[vdb]") {
+    const auto box = [](float x) {
+        Mesh mesh;
+        mesh.points = {{x, 0, 0}, {x + 1, 0, 0}, {x + 1, 0, 1}, {x, 0, 1},
+                       {x, 1, 0}, {x + 1, 1, 0}, {x + 1, 1, 1}, {x, 1, 1}};
+        mesh.quads = {{4, 7, 6, 5}, {0, 4, 5, 1}, {1, 5, 6, 2}, {2, 6, 7, 3}, {3, 7, 4, 0}, {0, 1, 2, 3}};
+        return mesh;
+    };
+    Mesh window = box(0);
+    window.triangles = test::trianglesOf(window);
+    window.quads.clear();
+    window.triangles.pop_back(); // of its floor
+    const MeshSolid made = solid(test::together(window, box(1)), {.voxel = 0.05});
+    CHECK(made.figures.reversedFaces == 0);
+    CHECK(made.figures.filledShells == 0);
+    CHECK(sdfOf(made.levelSet).distance.at<0>({{0.98, 0.6, 0.5}}).value < -0.1);
+}
+
 TEST_CASE("solidOf: a body with a large hole is no sheet, and hills are one", "[vdb]") {
     Mesh hills = test::plane(6, 60);
     for (auto& p : hills.points) p[1] = 0.3f * std::sin(3 * p[0]) * std::cos(2 * p[2]);
@@ -361,15 +379,18 @@ TEST_CASE("solidOf: a reversed part that reaches out of the others is solid wher
     for (auto& p : eye.points) p *= 0.3f; // its centre is at 0.9
     const bool large = GENERATE(false, true);
     const Mesh other = large ? test::moved(test::ball(3), {0.9f, 0, 0}) : eye;
-    const Mesh right = test::together(test::ball(3), other);
-    for (const Mesh& mesh :
-         {test::together(test::ball(3), test::flipped(other)), test::together(test::flipped(test::ball(3)), other)}) {
+    const Mesh right = test::together(test::ball(3), other), ground = test::plane(2.2, 1);
+    const MeshSolid expected = solid(right, {.voxel = 0.07});
+    CHECK(expected.figures.turnedShells == 0);
+    const Mesh reversed = test::together(test::ball(3), test::flipped(other));
+    for (const Mesh& mesh : {reversed, test::together(test::flipped(test::ball(3)), other),
+                             test::together(reversed, ground)}) { // with a sheet through both
         const MeshSolid made = solid(mesh, {.voxel = 0.07});
         CHECK(made.figures.turnedShells == 1);
+        CHECK(made.figures.thin == Approx(expected.figures.thin).margin(1e-3));
         CHECK(wrong(right, made.levelSet, 400) == 0);
-        CHECK(volumeOf(made.levelSet) == Approx(volumeOf(solid(right, {.voxel = 0.07}).levelSet)).epsilon(1e-3));
+        CHECK(volumeOf(made.levelSet) == Approx(volumeOf(expected.levelSet)).epsilon(1e-3));
     }
-    CHECK(solid(right, {.voxel = 0.07}).figures.turnedShells == 0);
 }
 
 TEST_CASE("solidOf: a part whose faces are doubled back to back stays", "[vdb]") {

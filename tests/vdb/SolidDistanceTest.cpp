@@ -7,6 +7,9 @@
 #include "support/Meshes.h"
 #include "support/Points.h"
 
+#include <algorithm>
+#include <cmath>
+
 using namespace curlew;
 
 namespace {
@@ -24,7 +27,62 @@ WrongSide wrong(std::vector<const SolidDistance*> solids, Side side, const Array
     return wrongSideOf(solids, side, at.x, at.y, at.z);
 }
 
+/// A mesh with a ring of quads, wide and flat, around the points on the unit circle in the plane y = 0.
+Mesh inRing(Mesh mesh) {
+    const float reach = 1000;
+    std::vector<std::pair<double, openvdb::Index32>> circle;
+    for (openvdb::Index32 k = 0; k < mesh.points.size(); ++k)
+        if (mesh.points[k][1] == 0) circle.emplace_back(std::atan2(mesh.points[k][2], mesh.points[k][0]), k);
+    std::sort(circle.begin(), circle.end());
+    const auto first = static_cast<openvdb::Index32>(mesh.points.size());
+    const auto count = static_cast<openvdb::Index32>(circle.size());
+    for (const auto& [angle, k] : circle) mesh.points.push_back(mesh.points[k] * reach);
+    for (openvdb::Index32 k = 0; k < count; ++k) {
+        const openvdb::Index32 next = (k + 1) % count;
+        mesh.quads.emplace_back(circle[k].second, circle[next].second, first + next, first + k);
+    }
+    return mesh;
+}
+
+/// A box with edges of 1 and a point at the origin, its floor at y = 0. Points can be shared with test::plane(n, n).
+Mesh box(bool withFloor) {
+    Mesh mesh;
+    mesh.points = {{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}, {0, 1, 0}, {1, 1, 0}, {1, 1, 1}, {0, 1, 1}};
+    mesh.quads = {{4, 7, 6, 5}, {0, 4, 5, 1}, {1, 5, 6, 2}, {2, 6, 7, 3}, {3, 7, 4, 0}};
+    if (withFloor) mesh.quads.emplace_back(0, 1, 2, 3);
+    return mesh;
+}
+
 } // namespace
+
+TEST_CASE("SolidDistance: sheets that are joined to a closed body leave it whole", "[vdb]") {
+    const Mesh ball = test::ball(3), ground = test::plane(400, 400);
+    Mesh apart = ground; // the same, without the quad below the box
+    std::erase_if(apart.quads, [&](const auto& q) {
+        return apart.points[q[0]] == openvdb::Vec3s(0) && apart.points[q[2]] == openvdb::Vec3s(1, 0, 1);
+    });
+    CHECK(apart.faces() + 1 == ground.faces());
+    Mesh cornerOnly = box(true);
+    for (auto& p : cornerOnly.points) p = openvdb::Vec3s(0.5f * p[0], p[1], 0.5f * p[2]);
+    const Mesh closed = box(true), above = test::moved(closed, {0, 1, 0}), both = test::together(closed, above);
+    Mesh leaky = closed; // stands below a closed box; its top is back to back with the floor of that
+    leaky.triangles.emplace_back(0, 1, 2);
+    leaky.quads.pop_back();
+    const auto [name, mesh, body] = GENERATE_COPY(table<std::string, Mesh, Mesh>(
+        {{"ground around a ball", inRing(ball), ball},
+         {"turned ground around a ball", test::flipped(inRing(test::flipped(ball))), ball},
+         {"a box on the ground", test::together(ground, closed), closed},
+         {"a box on turned ground", test::together(test::flipped(ground), closed), closed},
+         {"a box whose floor is the ground's", test::together(ground, box(false)), closed},
+         {"a box in the ground", test::together(apart, closed), closed},
+         {"a box on one with a hole", test::together(leaky, above), both},
+         {"a box that shares a point with the ground", test::together(ground, cornerOnly), cornerOnly}}));
+    CAPTURE(name);
+    const SolidDistance joined(mesh), alone(body);
+    size_t differ = 0;
+    for (const Vec3d& p : test::randomPoints(test::cube(1.2), 2000, 4)) differ += joined.inside(p) != alone.inside(p);
+    CHECK(differ == 0);
+}
 
 TEST_CASE("SolidDistance: a ball has the distance of a sphere for either orientation of its faces", "[vdb]") {
     const Mesh mesh = GENERATE(test::ball(5), test::flipped(test::ball(5)));

@@ -15,7 +15,8 @@ namespace curlew {
 /// is one, closed; other columns are ignored. In a .csv, consecutive rows with the same curve are one. A polyline of an
 /// .obj whose last vertex is its first is closed.
 ///
-/// The edges of a .ply are joined as by curvesOf(). If its vertices have the property `curve`, that is the id.
+/// The edges of a .ply are joined as by curvesOf(), and so are the lines of an .obj if each has two vertices, as
+/// Blender writes edges. If the vertices of a .ply have the property `curve`, that is the id.
 ///
 /// Velocities are zero, and the seed of a curve is its first vertex. Throws FileError, naming the file and the line, if
 /// it is missing, damaged, of another kind or has no curves.

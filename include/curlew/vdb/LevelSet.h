@@ -32,10 +32,12 @@ struct SolidOptions {
 /// ResourceError if the band would not fit in memory.
 LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, SolidOptions options, const Monitor& monitor = {});
 
-/// Casts a grid to a level set. The background is taken for the width of the band; if it is more than twice the
-/// greatest active distance, as in many grids that were made from arrays, that distance and a voxel is, in a copy.
-/// Throws ValueError unless it is a float level set with finite values, a positive background and cubic voxels, and
-/// encloses something.
+/// Casts a grid to a level set. The background is taken for the width of the band. Many grids that were made from
+/// arrays have a marker such as 1000 there, and perhaps in voxels beyond the band, with another value inside. So if the
+/// greatest absolute value of active voxels, or the second greatest, is more than four times the next, and by more than
+/// two voxels, voxels from there on are no distances. If there are such, or if the background is more than twice the
+/// greatest distance, a copy is returned: its background is that distance and a voxel. Throws ValueError unless it is a
+/// float level set with finite values, a positive background and cubic voxels, and encloses something.
 LevelSet levelSetOf(const std::shared_ptr<const openvdb::GridBase>& grid);
 
 /// Returns the bounding box of the inside, padded by one voxel, in world units.

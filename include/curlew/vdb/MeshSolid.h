@@ -58,8 +58,9 @@ struct MeshSolid {
 ///
 /// Points at the same position are joined. Of faces with the same vertices, one is kept; none is kept if equally many
 /// run in either direction. If most faces of the mesh are such pairs, or if it has fewer boundary edges with them, they
-/// are made to be seen from both sides, and one of each is kept. A closed part that is reversed and reaches out of the
-/// others, such as a mirrored eye, is treated as if flipped.
+/// are made to be seen from both sides, and one of each is kept. Of such pairs, those without which a closed part would
+/// be open are kept as well. A closed part that is reversed and reaches out of the others, such as a mirrored eye, is
+/// treated as if flipped.
 ///
 /// A sheet, such as cloth or terrain, encloses nothing. With a thickness t, the solid consists of the points closer
 /// than t/2 to the mesh.
