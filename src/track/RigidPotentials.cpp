@@ -31,8 +31,8 @@ double WallExtent::between(const Vec3d& a, const Vec3d& b) const {
 }
 
 std::vector<Push> translationPotentials(const Vec3d& velocity, const WallExtent& extent) {
-    constexpr double kLeast = 1e-3; // share
-    constexpr double kRound = 1e-9;
+    constexpr double kLeast = 1e-3; // a smaller share is not worth a pair of potentials
+    constexpr double kRound = 1e-9; // relative, more than rounding
     const Flow uniform = uniformFlow(velocity);
     const double speed = length(velocity);
     const Vec3d u = uniform.f().at<1>({}).gradient * (1 / speed), v = uniform.g().at<1>({}).gradient;

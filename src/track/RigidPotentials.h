@@ -10,16 +10,17 @@
 // the wall adds to a flow.
 namespace curlew {
 
-/// Where a wall is and how far it extends, for its potentials. They are zero in its middle. Measured from elsewhere,
+/// The middle of a wall and its extent, for its potentials. They are zero in the middle. If they were zero elsewhere,
 /// they would be large at the wall, and so would the velocities of the air in its layer.
 struct WallExtent {
-    Vec3d middle; ///< Of its bounds; the point of an unbounded wall that is closest to the middle of the box.
-    Vec3d squares, normal;
+    Vec3d middle;  ///< Of its bounds; of an unbounded wall, the point closest to the middle of the box.
+    Vec3d squares; ///< Half the size of its bounds along x, y and z, squared; of an unbounded wall, that of the box's
+                   ///< diagonal.
+    Vec3d normal;  ///< Of an unbounded wall, as long as half the box's diagonal; 0 if the wall is bounded.
 
     WallExtent(const Wall& wall, const Box& box);
-    /// Returns the bilinear form whose value along a unit vector, between() with itself, is the square of the distance
-    /// from the middle to the side of the bounds. An unbounded wall extends as far as the box, but not along its
-    /// normal.
+    /// Returns aᵀSb, where S has the squares on its diagonal, less normal ⊗ normal. For a unit vector a, aᵀSa is the
+    /// square of the extent along it: half the size of the bounds if a is an axis, 0 along the normal.
     double between(const Vec3d& a, const Vec3d& b) const;
 };
 
@@ -27,7 +28,7 @@ struct WallExtent {
 struct Push {
     Flow::Potentials potentials;
     double share; ///< 0 to 1.
-    double reach; ///< How far the wall extends where the air goes, from its middle.
+    double reach; ///< The extent of the wall along p or q, which the air has to pass.
 };
 
 /// Returns the parts of a translation, one or two: around the wall in the plane of the motion and a vector p, and in
