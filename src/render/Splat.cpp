@@ -147,10 +147,11 @@ class LightPainter {
 
     /// Adds an edge in pieces that are so short that their light may be linear, but not much shorter than wide.
     void add(const Stroke& s) {
-        constexpr float kShort = 6, kColors = 32; // pixels, and pieces over the colour map
-        constexpr float kEndless = 1e12f;         // pieces; such an edge ends beside the eye
+        constexpr float kColors = 32;     // pieces over the colour map
+        constexpr float kEndless = 1e12f; // pieces; such an edge ends beside the eye
         const float colors = std::clamp(s.b.value, 0.0f, 1.0f) - std::clamp(s.a.value, 0.0f, 1.0f);
-        const float pieces = std::max(s.length / std::max(kShort, 4 * s.radius), std::abs(colors) * kColors);
+        const float pieces =
+            std::max(s.length / std::max(ProjectedSplats::kShort, 4 * s.radius), std::abs(colors) * kColors);
         if (pieces <= 1) return addBrief(s);
         if (!(pieces < kEndless)) return;
         const double count = std::ceil(static_cast<double>(pieces));

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace curlew::detail {
@@ -16,7 +17,6 @@ namespace curlew::detail {
 namespace {
 
 constexpr size_t kColors = 1024;
-constexpr size_t kGrain = 1 << 14;
 
 Vec3f linear(const Vec3f& display) {
     Vec3f light;
@@ -24,7 +24,8 @@ Vec3f linear(const Vec3f& display) {
     return light;
 }
 
-void validate(const Splats& s, const SplatOptions& o) {
+/// Returns the splats if they can be drawn.
+const Splats& valid(const Splats& s, const SplatOptions& o) {
     const size_t count = s.x.size();
     if (s.y.size() != count || s.z.size() != count) throw ValueError("the splat arrays x, y and z differ in length");
     if (!s.values.empty() && s.values.size() != count)
@@ -46,6 +47,7 @@ void validate(const Splats& s, const SplatOptions& o) {
     if (count + lines >= UINT32_MAX) throw ResourceError(fmt::format("{} positions are too many to draw", count));
     requireMemory(static_cast<double>(count + lines) * (sizeof(SplatVertex) + 3 * sizeof(uint32_t)),
                   fmt::format("a picture of {} positions", count), "draw fewer");
+    return s;
 }
 
 } // namespace
@@ -58,61 +60,19 @@ SplatBins::SplatBins(const Splats& splats, const Camera& camera, const SplatOpti
       mLines(!splats.start.empty()),
       mRadius(static_cast<float>(options.radius)),
       mPixels(static_cast<float>(options.pixels)),
-      mFocal(static_cast<float>(camera.project(camera.eye() + camera.forward()).pixelsPerUnit)),
       mFade(static_cast<float>(options.fade)),
-      mSeen(splats.fade) {
-    validate(splats, options);
+      mProjected(valid(splats, options), camera, monitor),
+      mVisible(splats.fade) {
     if (splats.values.empty()) mColors = {linear(splats.color)};
     for (size_t k = 0; k < kColors && !splats.values.empty(); ++k)
         mColors.push_back(linear(colorAt(splats.scale.map, static_cast<float>(k) / (kColors - 1))));
-    project(splats, camera, monitor);
     sort(monitor);
-}
-
-void SplatBins::project(const Splats& s, const Camera& camera, const Monitor& monitor) {
-    const double lower = static_cast<double>(s.scale.lower), range = static_cast<double>(s.scale.upper) - lower;
-    const auto seen = [&](size_t k) {
-        const auto p = camera.project({{s.x[k], s.y[k], s.z[k]}});
-        const double value = s.values.empty() ? 0 : (static_cast<double>(s.values[k]) - lower) / range;
-        return SplatVertex{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.depth),
-                           std::isfinite(value) ? static_cast<float>(std::clamp(value, -1e6, 1e6)) : 0};
-    };
-    const size_t lines = mLines ? s.start.size() - 1 : 0;
-    std::vector<size_t> begin(lines + 1, 0); // first vertex of each polyline in mVertices
-    for (size_t k = 0; k < lines; ++k) {
-        const size_t count = s.start[k + 1] - s.start[k];
-        begin[k + 1] = begin[k] + count + (count > 0 && !s.closed.empty() && s.closed[k] != 0 ? 1 : 0);
-    }
-    mVertices.resize(mLines ? begin.back() : s.x.size());
-    mShown.resize(mVertices.size());
-    if (!mLines)
-        parallelFor(
-            mVertices.size(), kGrain,
-            [&](size_t from, size_t to) {
-                for (size_t k = from; k < to; ++k) {
-                    mVertices[k] = seen(k);
-                    mShown[k] = mVertices[k].depth > 0 ? 1 : 0;
-                }
-            },
-            monitor);
-    parallelFor(
-        lines, 64,
-        [&](size_t from, size_t to) {
-            for (size_t k = from; k < to; ++k)
-                for (size_t v = begin[k]; v < begin[k + 1]; ++v) {
-                    const size_t n = v - begin[k] + s.start[k];
-                    mVertices[v] = seen(n < s.start[k + 1] ? n : s.start[k]);
-                    if (v > begin[k]) mShown[v - 1] = mVertices[v - 1].depth > 0 && mVertices[v].depth > 0 ? 1 : 0;
-                    mShown[v] = 0;
-                }
-        },
-        monitor);
 }
 
 std::array<int, 4> SplatBins::tilesOf(size_t k) const {
     constexpr std::array<int, 4> none{0, 0, -1, -1};
-    if (mShown[k] == 0 || !(fade(k) > 0)) return none;
-    const SplatVertex &a = mVertices[k], &b = mVertices[mLines ? k + 1 : k];
+    if (mProjected.standsFor(k) == 0 || !(fade(k) > 0)) return none;
+    const SplatVertex &a = vertex(k), &b = vertex(mLines ? k + 1 : k);
     const float reach = std::max(radius(std::min(a.depth, b.depth)), mPixels);
     const auto width = static_cast<float>(mWidth), height = static_cast<float>(mHeight);
     const float left = std::min(a.x, b.x) - reach, right = std::max(a.x, b.x) + reach;
@@ -125,8 +85,15 @@ std::array<int, 4> SplatBins::tilesOf(size_t k) const {
 }
 
 void SplatBins::sort(const Monitor& monitor) {
-    const size_t count = mVertices.size(), all = static_cast<size_t>(mColumns) * static_cast<size_t>(mRows);
-    const size_t grain = std::max<size_t>(kGrain, count / 64 + 1), chunks = (count + grain - 1) / grain;
+    const size_t all = static_cast<size_t>(mColumns) * static_cast<size_t>(mRows), runs = mProjected.runs().size();
+    const auto forRuns = [&](const auto& use) {
+        parallelFor(
+            runs, 1,
+            [&](size_t from, size_t to) {
+                for (size_t run = from; run < to; ++run) use(run, mProjected.runs()[run]);
+            },
+            monitor);
+    };
     const auto forTiles = [&](size_t splat, const auto& visit) {
         const auto [left, top, right, bottom] = tilesOf(splat);
         for (int row = top; row <= bottom; ++row)
@@ -137,22 +104,19 @@ void SplatBins::sort(const Monitor& monitor) {
         size_t splats = 0;
         float near = std::numeric_limits<float>::infinity(), far = 0;
     };
-    std::vector<Seen> seen(chunks);
-    std::vector<size_t> place(chunks * all, 0); // splats of a chunk per tile; then where they go
-    parallelFor(
-        count, grain,
-        [&](size_t from, size_t to) {
-            Seen& mine = seen[from / grain];
-            for (size_t k = from; k < to; ++k) {
-                bool any = false;
-                forTiles(k, [&](size_t tile) { ++place[from / grain * all + tile], any = true; });
-                if (!any) continue;
-                ++mine.splats;
-                mine.near = std::min(mine.near, mVertices[k].depth);
-                mine.far = std::max(mine.far, mVertices[k].depth);
-            }
-        },
-        monitor);
+    std::vector<Seen> seen(runs);
+    std::vector<size_t> place(runs * all, 0); // splats of a run per tile; then where they go
+    forRuns([&](size_t run, const ProjectedSplats::Run& vertices) {
+        Seen& mine = seen[run];
+        for (size_t k = vertices.begin; k < vertices.end; ++k) {
+            bool any = false;
+            forTiles(k, [&](size_t tile) { ++place[run * all + tile], any = true; });
+            if (!any) continue;
+            mine.splats += mProjected.standsFor(k);
+            mine.near = std::min(mine.near, vertex(k).depth);
+            mine.far = std::max(mine.far, vertex(k).depth);
+        }
+    });
     mNear = std::numeric_limits<float>::infinity();
     for (const Seen& s : seen) {
         mDrawn += s.splats;
@@ -162,20 +126,16 @@ void SplatBins::sort(const Monitor& monitor) {
     size_t total = 0;
     for (size_t tile = 0; tile < all; ++tile) {
         mFirst.push_back(total);
-        for (size_t chunk = 0; chunk < chunks; ++chunk) total += std::exchange(place[chunk * all + tile], total);
+        for (size_t run = 0; run < runs; ++run) total += std::exchange(place[run * all + tile], total);
     }
     mFirst.push_back(total);
     requireMemory(static_cast<double>(total) * sizeof(uint32_t), "a picture with such large splats",
                   "choose a smaller radius, or draw fewer");
     mSplats.resize(total);
-    parallelFor(
-        count, grain,
-        [&](size_t from, size_t to) {
-            for (size_t k = from; k < to; ++k)
-                forTiles(k,
-                         [&](size_t tile) { mSplats[place[from / grain * all + tile]++] = static_cast<uint32_t>(k); });
-        },
-        monitor);
+    forRuns([&](size_t run, const ProjectedSplats::Run& vertices) {
+        for (size_t k = vertices.begin; k < vertices.end; ++k)
+            forTiles(k, [&](size_t tile) { mSplats[place[run * all + tile]++] = static_cast<uint32_t>(k); });
+    });
 }
 
 SplatTile SplatBins::tile(size_t k) const {

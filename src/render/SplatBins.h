@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "curlew/render/Splat.h"
+#include "ProjectedSplats.h"
 
 #include <algorithm>
 #include <array>
 
 namespace curlew::detail {
-
-/// A projected position: pixels, depth in world units, and a value.
-struct SplatVertex {
-    float x = 0, y = 0, depth = 0, value = 0;
-};
 
 /// A rectangle of pixels that is drawn at once, and the splats that it may show.
 struct SplatTile {
@@ -27,19 +22,19 @@ class SplatBins {
     SplatBins(const Splats& splats, const Camera& camera, const SplatOptions& options, const Monitor& monitor);
 
     bool lines() const { return mLines; }
-    const SplatVertex& vertex(size_t k) const { return mVertices[k]; }
+    const SplatVertex& vertex(size_t k) const { return mProjected.vertex(k); }
     /// Loads a vertex into the caches.
-    void prefetch(size_t k) const { __builtin_prefetch(&mVertices[k]); }
+    void prefetch(size_t k) const { __builtin_prefetch(&mProjected.vertex(k)); }
     /// Projected radius, pixels; may be below the minimum radius.
-    float radius(float depth) const { return mRadius > 0 ? mRadius * mFocal / depth : mPixels; }
+    float radius(float depth) const { return mRadius > 0 ? mRadius * mProjected.focal() / depth : mPixels; }
     float leastRadius() const { return mPixels; }
-    float pixelsPerUnit(float depth) const { return mFocal / depth; }
+    float pixelsPerUnit(float depth) const { return mProjected.focal() / depth; }
     /// Returns the brightness factor of a splat at that depth due to haze.
     float haze(float depth) const {
         return mFar > mNear ? 1 - mFade * std::clamp((depth - mNear) / (mFar - mNear), 0.0f, 1.0f) : 1;
     }
     /// Returns the brightness factor from Splats::fade.
-    float fade(size_t k) const { return mSeen.empty() ? 1 : mSeen[k]; }
+    float fade(size_t k) const { return mVisible.empty() ? 1 : mVisible[k]; }
     /// Returns the colour of a value in linear light.
     const Vec3f& color(float value) const {
         const float t = std::clamp(value, 0.0f, 1.0f) * static_cast<float>(mColors.size() - 1) + 0.5f;
@@ -51,7 +46,6 @@ class SplatBins {
     size_t drawn() const { return mDrawn; }
 
   private:
-    void project(const Splats& splats, const Camera& camera, const Monitor& monitor);
     void sort(const Monitor& monitor);
     /// Returns the tiles that a splat's footprint may overlap, as left, top, right, bottom; if there are none, right <
     /// left.
@@ -59,15 +53,14 @@ class SplatBins {
 
     int mWidth, mHeight, mColumns, mRows;
     bool mLines;
-    float mRadius, mPixels, mFocal, mFade;
+    float mRadius, mPixels, mFade;
     float mNear = 0, mFar = 0;
-    std::vector<SplatVertex> mVertices; ///< A closed polyline repeats its first vertex at its end.
-    std::vector<uint8_t> mShown;        ///< Whether a point, or the edge that begins here, is in front of the camera.
+    ProjectedSplats mProjected;
     std::vector<uint32_t> mSplats;
     std::vector<size_t> mFirst; ///< First index in mSplats, by tile.
     size_t mDrawn = 0;
     std::vector<Vec3f> mColors;
-    std::span<const float> mSeen; ///< Splats::fade.
+    std::span<const float> mVisible; ///< Splats::fade.
 };
 
 } // namespace curlew::detail

@@ -2,26 +2,17 @@
 #pragma once
 
 #include "SplineContraction.h"
+#include "curlew/base/UninitializedArray.h"
 #include "curlew/field/PointLattice.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <memory>
 #include <utility>
 #include <vector>
 
 namespace curlew {
-
-// NOLINTBEGIN(modernize-avoid-c-arrays): a std::vector would clear what is overwritten anyway
-template <class T>
-using UninitializedArray = std::unique_ptr<T[]>;
-template <class T>
-UninitializedArray<T> uninitializedArray(size_t count) {
-    return std::make_unique_for_overwrite<T[]>(count);
-}
-// NOLINTEND(modernize-avoid-c-arrays)
 
 /// A tricubic B-spline on a lattice whose axes are those of the spline, so that the sums along an axis serve all
 /// positions with the same coordinate on it. Independent of OpenVDB.

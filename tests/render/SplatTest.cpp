@@ -151,6 +151,60 @@ TEST_CASE("luminous: light adds up and surfaces hide what is behind them", "[ren
     CHECK(balls.at(90, 49, 4) == Approx(10 - 0.04).epsilon(1e-3)); // the front of the ball
 }
 
+TEST_CASE("luminous and opaque: short edges look like edges that are drawn one by one", "[render]") {
+    using Vertex = std::pair<Vec3d, float>; // with its value
+    const auto check = [](const std::vector<Vertex>& vertices, bool closed) {
+        Positions curve, edges;
+        std::vector<float> values, twice;
+        edges.start = {0};
+        for (size_t k = 0; k < vertices.size(); ++k) {
+            const auto& [a, value] = vertices[k];
+            curve.add(a[0], a[1], a[2]);
+            values.push_back(value);
+            if (k + 1 == vertices.size() && !closed) break;
+            const auto& [b, next] = vertices[(k + 1) % vertices.size()];
+            edges.add(a[0], a[1], a[2]), edges.add(b[0], b[1], b[2]);
+            edges.start.push_back(edges.x.size());
+            twice.push_back(value), twice.push_back(next);
+        }
+        curve.start = {0, curve.x.size()};
+        Splats joined = curve.lines(), single = edges.lines();
+        joined.closed = {static_cast<uint8_t>(closed ? 1 : 0)};
+        joined.values = values, single.values = twice;
+        // The rms difference, relative to the rms, of all channels but depth.
+        const auto difference = [](const Image& a, const Image& b, size_t channels) {
+            double squares = 0, all = 0;
+            for (size_t k = 0; k < a.pixels.size(); ++k) {
+                if (k % channels == 4) continue;
+                const auto x = static_cast<double>(a.pixels[k]), y = static_cast<double>(b.pixels[k]);
+                squares += (x - y) * (x - y), all += y * y;
+            }
+            return std::sqrt(squares / all);
+        };
+        const auto light = luminous(joined, faced(), {}), one = luminous(single, faced(), {});
+        CHECK(light.drawn == edges.start.size() - 1);
+        CHECK(one.drawn == light.drawn);
+        CHECK(energyOf(light.image) == Approx(energyOf(one.image)).epsilon(0.005));
+        CHECK(difference(light.image, one.image, 3) < 0.05);
+        const auto tube = opaque(joined, faced(), {.radius = 0.02}), tubes = opaque(single, faced(), {.radius = 0.02});
+        CHECK(tube.covered == Approx(tubes.covered).epsilon(0.004));
+        CHECK(difference(tube.image, tubes.image, 5) < 0.07);
+    };
+    // Much shorter than a pixel: a closed curve that winds in depth, too, and turns sharply.
+    std::vector<Vertex> loop;
+    for (int k = 0; k < 1301; ++k) {
+        const double t = 2 * std::numbers::pi * k / 1301, r = 0.4 + 0.05 * std::abs(std::sin(13 * t));
+        loop.push_back({Vec3d{{r * std::cos(t), r * std::sin(t), 0.3 * std::sin(4 * t)}},
+                        0.5F + 0.4F * static_cast<float>(std::sin(3 * t))});
+    }
+    check(loop, true);
+    // Half a pixel: a straight line on which only the values change, with a period of 10 pixels.
+    std::vector<Vertex> line;
+    for (int k = 0; k < 301; ++k)
+        line.push_back({Vec3d{{0.005 * k - 0.75, 0.1, 0}}, 0.5F + 0.5F * std::sin(0.3F * static_cast<float>(k))});
+    check(line, false);
+}
+
 TEST_CASE("luminous: colour and depth change along a long edge", "[render]") {
     Positions p; // from (10, 59.5) to (150, 59.5) in pixels, of depth 12 to 8; in space, the middle is at x = 66
     p.add(-0.7 * 1.2, 0.005 * 1.2, -2), p.add(0.7 * 0.8, 0.005 * 0.8, 2);

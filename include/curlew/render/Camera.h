@@ -42,6 +42,8 @@ class Camera {
     const Vec3d& right() const { return mRight; }
     const Vec3d& up() const { return mUp; }
     const Vec3d& forward() const { return mForward; }
+    /// Size in pixels of a world unit at the depth 1, perpendicular to the view.
+    double focal() const { return mFocal; }
 
     /// Returns the unit direction from the eye through a pixel position.
     Vec3d direction(double x, double y) const;

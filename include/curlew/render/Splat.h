@@ -56,7 +56,8 @@ struct SplatImage {
 /// Adds up the light of luminous points and lines: an image with the channels R, G, B in linear light, where the middle
 /// of one line is 1 (times its colour). The footprint of a point is (1 - (d/r)²)². That of a line is this kernel,
 /// integrated exactly along the line, so that the edges of a polyline join without a seam. Depths and values change
-/// evenly along an edge in space. If r is at least 1.5 pixels, the energy of a point or line is the same within 3 % for
+/// evenly along an edge in space. Edges in a row are drawn as one of at most 6 pixels if that is right to 1/16 pixel
+/// and 1/256 of the colour scale. If r is at least 1.5 pixels, the energy of a point or line is the same within 3 % for
 /// any position relative to the pixels. `depth`: one value per pixel, the depth of the surface that hides splats behind
 /// it (empty: nothing is hidden). Each pixel sums its splats in input order, so the bits are the same for any number of
 /// threads. Throws ValueError if colours or sizes do not fit, ResourceError if there are more than 2³² positions or too
@@ -64,9 +65,9 @@ struct SplatImage {
 SplatImage luminous(const Splats& splats, const Camera& camera, const SplatOptions& options,
                     std::span<const float> depth = {}, const Monitor& monitor = {});
 
-/// Draws opaque balls and tubes, lit from above the camera's left shoulder: R, G, B (display values, not premultiplied
-/// by A), A (coverage of the pixel) and Z (minimum depth in the pixel; infinite if there is none). 16 samples per
-/// pixel. Parts hidden behind `depth` do not change A. Throws like luminous().
+/// Draws opaque balls and tubes, with short edges as above, lit from above the camera's left shoulder: R, G, B (display
+/// values, not premultiplied by A), A (coverage of the pixel) and Z (minimum depth in the pixel; infinite if there is
+/// none). 16 samples per pixel. Parts hidden behind `depth` do not change A. Throws like luminous().
 SplatImage opaque(const Splats& splats, const Camera& camera, const SplatOptions& options,
                   std::span<const float> depth = {}, const Monitor& monitor = {});
 

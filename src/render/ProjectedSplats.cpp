@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ProjectedSplats.h"
+
+#include "curlew/base/Parallel.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace curlew::detail {
+
+namespace {
+
+/// Positions one after the other as a camera sees them.
+class SeenPositions {
+  public:
+    static constexpr size_t kMost = 512;
+
+    SeenPositions(const Splats& splats, const Camera& camera)
+        : mSplats(splats), mCamera(camera), mFocal(static_cast<float>(camera.focal())) {}
+
+    size_t size() const { return mSize; }
+    bool inFront(size_t n) const { return mDepth[n] > 0; }
+    SplatVertex operator[](size_t n) const { return {mX[n], mY[n], mDepth[n], mValue[n]}; }
+
+    void clear() { mSize = 0; }
+    /// Adds at most kMost positions in all.
+    void add(size_t first, size_t count) {
+        const double *x = &mSplats.x[first], *y = &mSplats.y[first], *z = &mSplats.z[first];
+        const Camera camera = mCamera; // a copy, which the arrays do not overlap
+        const size_t ahead = std::min(count + kMost, mSplats.x.size() - first);
+        for (size_t k = count; k < ahead; k += 8) { // a line of the cache
+            __builtin_prefetch(x + k);
+            __builtin_prefetch(y + k);
+            __builtin_prefetch(z + k);
+        }
+        for (size_t k = 0; k < count; ++k) {
+            const auto p = camera.project({{x[k], y[k], z[k]}});
+            mX[mSize + k] = static_cast<float>(p.x);
+            mY[mSize + k] = static_cast<float>(p.y);
+            mDepth[mSize + k] = static_cast<float>(p.depth);
+        }
+        addValues(first, count);
+        mSize += count;
+    }
+
+    /// Computes the distances between neighbours.
+    void measure() {
+        // A straight line in space is straight in pixels and the reciprocal of the depth, which is scaled to pixels
+        // here.
+        const float scale = mFocal * mDepth[0];
+        for (size_t n = 0; n < mSize; ++n) mNearness[n] = scale / mDepth[n];
+        for (size_t n = 1; n < mSize; ++n) mLength[n] = std::sqrt(squaredDistance(n - 1, n));
+    }
+    /// Returns how many edges in a row, from that position on, may be drawn as one. A path of length p is no farther
+    /// than h from the line between its ends if their distance l satisfies p² - l² <= 4 h²: an ellipse with these as
+    /// foci contains it. Values are on a straight line but for an error e if it is not too steep or flat for any of
+    /// them ± e.
+    size_t straight(size_t first) const {
+        constexpr float kHeight = 1.0F / 16, kError = 1.0F / 256; // pixels, and part of the colour map
+        float path = mLength[first + 1], least = -HUGE_VALF, most = HUGE_VALF;
+        size_t end = first + 1;
+        if (!inFront(first) || !inFront(end)) return 1;
+        while (end + 1 < mSize && end - first < std::numeric_limits<uint8_t>::max()) {
+            const auto slope = [&](float offset) { return (mValue[end] - mValue[first] + offset) / path; };
+            least = std::max(least, slope(-kError));
+            most = std::min(most, slope(kError));
+            path += mLength[end + 1];
+            const float change = mValue[end + 1] - mValue[first];
+            if (!(inFront(end + 1) && path <= ProjectedSplats::kShort && change >= least * path &&
+                  change <= most * path && path * path - squaredDistance(first, end + 1) <= 4 * kHeight * kHeight))
+                break;
+            ++end;
+        }
+        return end - first;
+    }
+
+  private:
+    using Numbers = std::array<float, kMost>;
+
+    void addValues(size_t first, size_t count) {
+        if (mSplats.values.empty()) {
+            std::fill_n(&mValue[mSize], count, 0.0F);
+            return;
+        }
+        const auto lower = static_cast<double>(mSplats.scale.lower);
+        const double range = static_cast<double>(mSplats.scale.upper) - lower;
+        for (size_t k = 0; k < count; ++k) {
+            const double value = (static_cast<double>(mSplats.values[first + k]) - lower) / range;
+            mValue[mSize + k] = std::isfinite(value) ? static_cast<float>(std::clamp(value, -1e6, 1e6)) : 0;
+        }
+    }
+    float squaredDistance(size_t a, size_t b) const {
+        const float x = mX[b] - mX[a], y = mY[b] - mY[a], z = mNearness[b] - mNearness[a];
+        return x * x + y * y + z * z;
+    }
+
+    const Splats& mSplats;
+    const Camera& mCamera;
+    float mFocal;
+    size_t mSize = 0;
+    Numbers mX, mY, mDepth, mValue, mNearness, mLength; ///< The length is that to the position before.
+};
+
+/// Writes the vertices of polylines, and joins their edges.
+class PolylineWriter {
+  public:
+    PolylineWriter(const Splats& splats, const Camera& camera, SplatVertex* vertices, uint8_t* standsFor)
+        : mSplats(splats), mSeen(splats, camera), mVertices(vertices), mStandsFor(standsFor) {}
+
+    void write(size_t line) {
+        const size_t first = mSplats.start[line], last = mSplats.start[line + 1];
+        if (first == last) return;
+        const bool closed = !mSplats.closed.empty() && mSplats.closed[line] != 0;
+        mSeen.clear();
+        for (size_t k = first; k < last;) { // in parts that share a position
+            const size_t count = std::min(last - k, SeenPositions::kMost - 1 - mSeen.size());
+            mSeen.add(k, count);
+            k += count;
+            if (k == last && closed) mSeen.add(first, 1);
+            writeEdges();
+            mSeen.clear();
+            if (k < last) mSeen.add(k - 1, 1);
+        }
+        mStandsFor[mCount++] = 0;
+    }
+    size_t count() const { return mCount; }
+
+  private:
+    /// Writes all positions but the last, whose vertex is written as that of the next edge, if there is one.
+    void writeEdges() {
+        mSeen.measure();
+        size_t n = 0;
+        while (n + 1 < mSeen.size()) {
+            const size_t edges = mSeen.straight(n);
+            mVertices[mCount] = mSeen[n];
+            mStandsFor[mCount++] = mSeen.inFront(n) && mSeen.inFront(n + 1) ? static_cast<uint8_t>(edges) : 0;
+            n += edges;
+        }
+        mVertices[mCount] = mSeen[n];
+    }
+
+    const Splats& mSplats;
+    SeenPositions mSeen;
+    SplatVertex* mVertices;
+    uint8_t* mStandsFor;
+    size_t mCount = 0;
+};
+
+} // namespace
+
+ProjectedSplats::ProjectedSplats(const Splats& splats, const Camera& camera, const Monitor& monitor)
+    : mFocal(static_cast<float>(camera.focal())) {
+    splats.start.empty() ? projectPoints(splats, camera, monitor) : projectPolylines(splats, camera, monitor);
+}
+
+void ProjectedSplats::projectPoints(const Splats& splats, const Camera& camera, const Monitor& monitor) {
+    const size_t count = splats.x.size(), most = std::max(kShortestRun, count / kMostRuns + 1);
+    for (size_t begin = 0; begin < count; begin += most) mRuns.push_back({begin, std::min(begin + most, count)});
+    mVertices = uninitializedArray<SplatVertex>(count);
+    mStandsFor = uninitializedArray<uint8_t>(count);
+    parallelFor(
+        count, most,
+        [&](size_t begin, size_t end) {
+            SeenPositions seen(splats, camera);
+            for (; begin < end; begin += seen.size()) {
+                seen.clear();
+                seen.add(begin, std::min(end - begin, SeenPositions::kMost));
+                for (size_t n = 0; n < seen.size(); ++n) {
+                    mVertices[begin + n] = seen[n];
+                    mStandsFor[begin + n] = seen.inFront(n) ? 1 : 0;
+                }
+            }
+        },
+        monitor);
+}
+
+void ProjectedSplats::projectPolylines(const Splats& splats, const Camera& camera, const Monitor& monitor) {
+    const size_t lines = splats.start.size() - 1, all = splats.x.size() + lines;
+    const size_t least = std::max(kShortestRun, all / kMostRuns + 1);
+    std::vector<size_t> firstLine; // of each run
+    for (size_t line = 0, next = 0; line < lines; ++line)
+        if (splats.start[line] >= next || line == 0) {
+            firstLine.push_back(line);
+            next = splats.start[line] + least;
+        }
+    mRuns.resize(firstLine.size());
+    firstLine.push_back(lines);
+    mVertices = uninitializedArray<SplatVertex>(all);
+    mStandsFor = uninitializedArray<uint8_t>(all);
+    parallelFor(
+        mRuns.size(), 1,
+        [&](size_t from, size_t to) {
+            for (size_t run = from; run < to; ++run) {
+                const size_t begin = splats.start[firstLine[run]] + firstLine[run]; // if all before are closed
+                PolylineWriter writer(splats, camera, &mVertices[begin], &mStandsFor[begin]);
+                for (size_t line = firstLine[run]; line < firstLine[run + 1]; ++line) writer.write(line);
+                mRuns[run] = {begin, begin + writer.count()};
+            }
+        },
+        monitor);
+}
+
+} // namespace curlew::detail
