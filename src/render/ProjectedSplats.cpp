@@ -17,8 +17,7 @@ class SeenPositions {
   public:
     static constexpr size_t kMost = 512;
 
-    SeenPositions(const Splats& splats, const Camera& camera)
-        : mSplats(splats), mCamera(camera), mFocal(static_cast<float>(camera.focal())) {}
+    SeenPositions(const Splats& splats, const Camera& camera) : mSplats(splats), mCamera(camera) {}
 
     size_t size() const { return mSize; }
     bool inFront(size_t n) const { return mDepth[n] > 0; }
@@ -49,19 +48,19 @@ class SeenPositions {
     void measure() {
         // A straight line in space is straight in pixels and the reciprocal of the depth, which is scaled to pixels
         // here.
-        const float scale = mFocal * mDepth[0];
+        const float scale = static_cast<float>(mCamera.focal()) * mDepth[0];
         for (size_t n = 0; n < mSize; ++n) mNearness[n] = scale / mDepth[n];
         for (size_t n = 1; n < mSize; ++n) mLength[n] = std::sqrt(squaredDistance(n - 1, n));
     }
-    /// Returns how many edges in a row, from that position on, may be drawn as one. A path of length p is no farther
-    /// than h from the line between its ends if their distance l satisfies p² - l² <= 4 h²: an ellipse with these as
-    /// foci contains it. Values are on a straight line but for an error e if it is not too steep or flat for any of
-    /// them ± e.
+    /// Returns how many edges in a row, from that position on, may be drawn as one; 0 if the first reaches behind the
+    /// camera. A path of length p is no farther than h from the line between its ends if their distance l satisfies
+    /// p² - l² <= 4 h²: an ellipse with these as foci contains it. Values are on a straight line but for an error e if
+    /// it is not too steep or flat for any of them ± e.
     size_t straight(size_t first) const {
         constexpr float kHeight = 1.0F / 16, kError = 1.0F / 256; // pixels, and part of the colour map
         float path = mLength[first + 1], least = -HUGE_VALF, most = HUGE_VALF;
         size_t end = first + 1;
-        if (!inFront(first) || !inFront(end)) return 1;
+        if (!inFront(first) || !inFront(end)) return 0;
         while (end + 1 < mSize && end - first < std::numeric_limits<uint8_t>::max()) {
             const auto slope = [&](float offset) { return (mValue[end] - mValue[first] + offset) / path; };
             least = std::max(least, slope(-kError));
@@ -98,7 +97,6 @@ class SeenPositions {
 
     const Splats& mSplats;
     const Camera& mCamera;
-    float mFocal;
     size_t mSize = 0;
     Numbers mX, mY, mDepth, mValue, mNearness, mLength; ///< The length is that to the position before.
 };
@@ -135,8 +133,8 @@ class PolylineWriter {
         while (n + 1 < mSeen.size()) {
             const size_t edges = mSeen.straight(n);
             mVertices[mCount] = mSeen[n];
-            mStandsFor[mCount++] = mSeen.inFront(n) && mSeen.inFront(n + 1) ? static_cast<uint8_t>(edges) : 0;
-            n += edges;
+            mStandsFor[mCount++] = static_cast<uint8_t>(edges);
+            n += std::max<size_t>(edges, 1);
         }
         mVertices[mCount] = mSeen[n];
     }

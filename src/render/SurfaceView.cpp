@@ -80,7 +80,7 @@ RowOfHits viewRow(const Surface& surface, const Camera& camera, int samples, int
 /// Returns a quarter of a pixel's size at the middle of a box.
 double resolutionOf(const Camera& camera, const Box& box) {
     const double depth = dot(box.center() - camera.eye(), camera.forward());
-    const double pixel = 1 / camera.project(camera.eye() + camera.forward()).pixelsPerUnit; // at depth 1
+    const double pixel = 1 / camera.focal(); // at depth 1
     return 0.25 * pixel * std::max(depth, 0.1 * length(box.size()));
 }
 

@@ -106,7 +106,7 @@ Image wallOutline(const Domain& domain, const Camera& camera, const Monitor& mon
     if (!domain.box.finite()) throw ValueError("the wall's domain is infinite; give it a box");
     const int width = (camera.width() + 1) / 2, height = (camera.height() + 1) / 2;
     Image small = filledImage(width, height, {"outline"});
-    const double focal = camera.project(camera.eye() + camera.forward()).pixelsPerUnit;
+    const double focal = camera.focal();
     const Box box = domain.box.padded(0.02 * length(domain.box.size())); // the wall may touch the box
     parallelFor(
         small.pixels.size(), kBatch,
