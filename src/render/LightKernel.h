@@ -18,10 +18,15 @@ struct LightStroke {
     int left, top, right, bottom; ///< The pixels that it may light, from the tile's corner.
 };
 
-/// The light of a tile's pixels, and the depths that hide it.
+/// The light of a tile's pixels, and the depths that hide it. The pixels of rows 0 and 1 alternate, then those of rows
+/// 2 and 3, and so on: strokes are short and narrow, so a square of pixels holds more of one than a part of a row.
 struct LitTile {
-    static constexpr size_t kLine = SplatBins::kTile + 16; ///< Pixels from one row to the next, with room for lanes.
+    static constexpr size_t kLine = SplatBins::kTile + 16; ///< Columns, with room for lanes.
     using Pixels = std::array<float, kLine * SplatBins::kTile>;
+
+    static size_t pixel(int x, int y) {
+        return static_cast<size_t>(y / 2) * 2 * kLine + 2 * static_cast<size_t>(x) + static_cast<size_t>(y % 2);
+    }
 
     int left, top;
     bool hides; ///< Whether there are depths.
@@ -52,21 +57,24 @@ T lightAt(bool line, float length, float ux, float uy, float radius, const T& dx
     return select((k > T(0)) & (to > from), light, T(0));
 }
 
-/// Adds the light of strokes to the pixels of a tile; lanes are the pixels of a row.
+/// Adds the light of strokes to the pixels of a tile; lanes are the pixels of two rows, in the order of LitTile.
 struct LightKernel {
     template <class T>
     static void run(const std::vector<LightStroke>& strokes, const bool& lines, LitTile& tile) {
-        alignas(64) constexpr std::array<float, 16> kOffsets{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-        const T offset = load<T>(kOffsets.data());
+        alignas(64) constexpr std::array<float, 16> kColumns{0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7};
+        alignas(64) constexpr std::array<float, 16> kRows{0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1};
+        constexpr int kHigh = kLanes < T >> 1 ? 2 : 1, kWide = kLanes<T> / kHigh;
+        const T across = load<T>(kColumns.data()), down = load<T>(kRows.data());
+        const auto number = [](int value) { return T(static_cast<float>(value)); };
         for (const LightStroke& s : strokes)
-            for (int y = s.top; y < s.bottom; ++y) {
-                const T dy(static_cast<float>(tile.top + y) + 0.5F - s.y);
-                for (int x = s.left; x < s.right; x += kLanes<T>) {
-                    const T column = T(static_cast<float>(tile.left + x)) + offset;
-                    const T dx = column + T(0.5F) - T(s.x);
+            for (int y = s.top - s.top % kHigh; y < s.bottom; y += kHigh) {
+                const T row = number(y) + down, dy = number(tile.top) + row + T(0.5F) - T(s.y);
+                const auto inRows = (row < number(s.bottom)) & !(row < number(s.top));
+                for (int x = s.left; x < s.right; x += kWide) {
+                    const T column = number(x) + across, dx = number(tile.left) + column + T(0.5F) - T(s.x);
                     const T light = lightAt(lines, s.length, s.ux, s.uy, s.radius, dx, dy);
-                    const size_t pixel = static_cast<size_t>(y) * LitTile::kLine + static_cast<size_t>(x);
-                    auto lit = (light > T(0)) & (offset < T(static_cast<float>(s.right - x)));
+                    const size_t pixel = LitTile::pixel(x, y);
+                    auto lit = (light > T(0)) & inRows & (column < number(s.right));
                     const T along = min(max(dx * T(s.ux) + dy * T(s.uy), T(0)), T(s.length));
                     if (tile.hides) lit = lit & !(load<T>(&tile.depth[pixel]) < T(s.depth) + along * T(s.recedes));
                     const T share = select(lit, light, T(0));

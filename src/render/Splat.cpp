@@ -117,7 +117,7 @@ class LightPainter {
         for (auto& pixels : mLit.light) pixels.fill(0);
         if (mLit.hides)
             for (int y = 0; y < tile.height; ++y)
-                std::copy_n(&depth[imagePixel(0, y, width)], tile.width, &mLit.depth[pixel(0, y)]);
+                for (int x = 0; x < tile.width; ++x) mLit.depth[LitTile::pixel(x, y)] = depth[imagePixel(x, y, width)];
     }
 
     void draw() {
@@ -134,13 +134,12 @@ class LightPainter {
         for (int y = 0; y < mTile.height; ++y)
             for (int x = 0; x < mTile.width; ++x)
                 for (size_t i = 0; i < 3; ++i)
-                    image.pixels[3 * imagePixel(x, y, image.width) + i] = mLit.light[i][pixel(x, y)];
+                    image.pixels[3 * imagePixel(x, y, image.width) + i] = mLit.light[i][LitTile::pixel(x, y)];
     }
 
   private:
     static constexpr size_t kAtOnce = 64; ///< Strokes that are drawn together.
 
-    static size_t pixel(int x, int y) { return static_cast<size_t>(y) * LitTile::kLine + static_cast<size_t>(x); }
     size_t imagePixel(int x, int y, int width) const {
         return static_cast<size_t>(mTile.top + y) * static_cast<size_t>(width) + static_cast<size_t>(mTile.left + x);
     }
