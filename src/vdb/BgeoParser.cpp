@@ -1,75 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "BgeoInput.h"
 #include "BgeoLayout.h"
-#include "MeshParser.h"
 #include "PointArrays.h"
 #include "curlew/base/Memory.h"
+#include "curlew/base/Parallel.h"
 #include "curlew/base/Text.h"
+#include "curlew/base/UninitializedArray.h"
 #include "curlew/vdb/BgeoFile.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <numeric>
-#include <optional>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace curlew {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Converts a big-endian value.
-template <class T>
-T bigAt(const char* bytes) {
-    std::array<char, sizeof(T)> value{};
-    for (size_t k = 0; k < sizeof(T); ++k) value[sizeof(T) - 1 - k] = bytes[k];
-    return std::bit_cast<T>(value);
-}
-
-/// Reads big-endian values. Throws FileError at the end of the data.
-class BigCursor {
-  public:
-    BigCursor(std::string_view data, const fs::path& path) : mLeft(data), mPath(path) {}
-
-    size_t left() const { return mLeft.size(); }
-
-    std::string_view bytes(size_t count) {
-        if (count > mLeft.size()) throw error("it is cut short or damaged; write or copy it again");
-        const std::string_view taken = mLeft.substr(0, count);
-        mLeft.remove_prefix(count);
-        return taken;
-    }
-
-    template <class T>
-    T read() {
-        return bigAt<T>(bytes(sizeof(T)).data());
-    }
-
-    /// Reads a number that must not be negative.
-    size_t count() {
-        const auto number = read<int32_t>();
-        if (number < 0) throw error("it is damaged; write or copy it again");
-        return static_cast<size_t>(number);
-    }
-
-    /// Reads a text after its length: 16 bits, or 32 bits after -1.
-    std::string text() {
-        const auto size = read<int16_t>();
-        if (size < -1) throw error("it is damaged; write or copy it again");
-        return std::string(bytes(size == -1 ? count() : static_cast<size_t>(size)));
-    }
-
-    FileError error(std::string_view what) const {
-        return FileError(fmt::format("'{}' cannot be read as a .bgeo: {}", mPath.string(), what));
-    }
-
-  private:
-    std::string_view mLeft;
-    const fs::path& mPath;
-};
 
 struct Attribute {
     std::string name;
@@ -90,7 +43,7 @@ struct Attributes {
     }
 };
 
-Attributes readAttributes(BigCursor& in, size_t count, size_t before) {
+Attributes readAttributes(BgeoInput& in, size_t count, size_t before) {
     Attributes attributes{.rowBytes = before};
     for (size_t k = 0; k < count; ++k) {
         Attribute a{.name = in.text()};
@@ -100,7 +53,7 @@ Attributes readAttributes(BigCursor& in, size_t count, size_t before) {
         if (a.type == bgeo::kIndex) {
             for (size_t left = in.count(); left > 0; --left) in.text();
         } else if (a.type == bgeo::kFloat || a.type == bgeo::kInteger || a.type == bgeo::kVector) {
-            in.bytes(4 * a.size); // defaults
+            in.skip(4 * a.size); // defaults
         } else {
             throw in.error(fmt::format("its attribute '{}' is of a type that is not read; delete the attribute",
                                        printable(a.name)));
@@ -122,71 +75,96 @@ struct Polylines {
     std::vector<size_t> start{0};
     std::vector<bool> closed;
     std::vector<int64_t> ids;
-    bool hasIds = false;
+    bool hasIds = false, anyOpen = false;
 };
 
 /// A .bgeo as it is in the file.
 class Bgeo {
   public:
-    Bgeo(std::string_view data, const fs::path& path) : mIn(data, path) {
+    explicit Bgeo(const fs::path& path) : mIn(path) {
         readHeader();
         mAttributes = readAttributes(mIn, mPointAttributes, 4 * sizeof(float));
-        if (mPoints > mIn.left() / mAttributes.rowBytes) mIn.bytes(mIn.left() + 1); // throws
-        mRows = mIn.bytes(mPoints * mAttributes.rowBytes);
+        mRowsAt = mIn.position();
+        if (mPoints > mIn.left() / mAttributes.rowBytes) throw mIn.cutShort();
+        mIn.skip(mPoints * mAttributes.rowBytes);
         mVertexBytes = readAttributes(mIn, mVertexAttributes, 0).rowBytes;
         mPrimitive = readAttributes(mIn, mPrimitiveAttributes, 0);
         mPolylines.hasIds = mPrimitive.find("id", 1, true) != nullptr;
-        for (size_t done = 0; done < mPrimitives;) done += readRun(mPrimitives - done);
-        const bool anyOpen =
-            std::find(mPolylines.closed.begin(), mPolylines.closed.end(), false) != mPolylines.closed.end();
-        if (!mPolylines.closed.empty() && !anyOpen && !mPolylines.hasIds)
-            throw mIn.error("it holds faces; write meshes as .obj or .ply");
     }
 
+    /// Reads the primitives up to the first curve. Returns whether there is one. Call once, and nothing else.
+    bool findCurves() {
+        readPrimitives([this] { return hasCurves() && !hasFacesOnly(); });
+        return hasCurves();
+    }
+
+    BgeoContent content() {
+        readPrimitives([] { return false; });
+        BgeoContent content{.geometry = {}, .skipped = skipped()};
+        if (hasCurves())
+            content.geometry = curves();
+        else
+            content.geometry = points();
+        return content;
+    }
+
+  private:
+    /// Reads primitives until `enough` is true.
+    template <class Enough>
+    void readPrimitives(const Enough& enough) {
+        for (size_t done = 0; done < mPrimitives && !enough();) done += readRun(mPrimitives - done);
+        if (hasFacesOnly()) throw mIn.error("it holds faces; write meshes as .obj or .ply");
+    }
+
+    /// Whether all polygons so far are closed and have no ids.
+    bool hasFacesOnly() const { return hasCurves() && !mPolylines.anyOpen && !mPolylines.hasIds; }
     bool hasCurves() const { return !mPolylines.closed.empty(); }
 
-    Points points() const {
+    Points points() {
         auto bytes = static_cast<double>(Points::kPlainBytes + (mAttributes.find("v", 3) ? 3 * sizeof(float) : 0));
         for (const Scalar& scalar : kScalars)
             if (mAttributes.find(scalar.name, 1)) bytes += sizeof(double);
-        requireMemory(bytes * static_cast<double>(mPoints), "the points", "split the file");
+        requireRowsAnd(bytes * static_cast<double>(mPoints), "the points");
+        readRows();
+        const auto rowOf = [](size_t n) { return n; };
         Points p;
-        takePositions(p);
-        if (const Attribute* v = mAttributes.find("v", 3)) takeVectors(*v, p);
+        takeMotion(p, mPoints, rowOf);
         for (const Scalar& scalar : kScalars)
             if (const Attribute* a = mAttributes.find(scalar.name, 1)) {
                 scalar.resize(p, mPoints);
-                for (size_t n = 0; n < mPoints; ++n) scalar.set(p, n, valueAt<float>(row(n), a->offset));
+                forValues(mPoints, [&](size_t n) { scalar.set(p, n, valueAt<float>(row(n), a->offset)); });
             }
         if (p.f.size() != p.g.size()) p.f.clear(), p.g.clear(); // a track needs both
         p.id.resize(mPoints);
         std::iota(p.id.begin(), p.id.end(), int64_t{0});
         if (const Attribute* id = mAttributes.find("id", 1, true))
-            for (size_t n = 0; n < mPoints; ++n) p.id[n] = valueAt<int32_t>(row(n), id->offset);
+            forValues(mPoints, [&](size_t n) { p.id[n] = valueAt<int32_t>(row(n), id->offset); });
         return p;
     }
 
-    Curves curves() const {
+    Curves curves() {
         const size_t vertices = mPolylines.points.size();
-        requireMemory(
-            static_cast<double>(Curves::kVertexBytes + Points::kBytes) * static_cast<double>(vertices + mPoints),
-            "the curves", "split the file");
-        const Points all = points();
+        constexpr size_t kCurveBytes = 2 * sizeof(CurveEnd) + 2 * sizeof(double); // beyond what has been read
+        requireRowsAnd(static_cast<double>(Curves::kVertexBytes * vertices + kCurveBytes * mPolylines.closed.size()),
+                       "the curves");
+        readRows();
+        const auto rowOf = [&](size_t v) { return mPolylines.points[v]; };
         Curves c;
-        c.start = mPolylines.start;
-        c.id = mPolylines.ids;
-        const auto gather = [&](const auto& from, auto& to) {
-            to.resize(from.empty() ? 0 : vertices);
-            for (size_t v = 0; v < to.size(); ++v) to[v] = from[mPolylines.points[v]];
-        };
-        gather(all.x, c.x), gather(all.y, c.y), gather(all.z, c.z);
-        gather(all.vx, c.vx), gather(all.vy, c.vy), gather(all.vz, c.vz);
-        gather(all.f, c.f), gather(all.g, c.g);
+        c.start = std::move(mPolylines.start);
+        c.id = std::move(mPolylines.ids);
+        takeMotion(c, vertices, rowOf);
         for (auto* values : {&c.vx, &c.vy, &c.vz}) values->resize(vertices); // 0 if there are no velocities
-        for (const bool closed : mPolylines.closed) {
-            c.upstream.push_back(closed ? CurveEnd::closed : CurveEnd::limit);
-            c.downstream.push_back(c.upstream.back());
+        const Attribute *f = mAttributes.find("f", 1), *g = mAttributes.find("g", 1);
+        if (f && g) {
+            c.f.resize(vertices), c.g.resize(vertices);
+            forValues(vertices, [&](size_t v) {
+                c.f[v] = static_cast<double>(valueAt<float>(row(rowOf(v)), f->offset));
+                c.g[v] = static_cast<double>(valueAt<float>(row(rowOf(v)), g->offset));
+            });
         }
+        c.upstream.reserve(c.size());
+        for (const bool closed : mPolylines.closed) c.upstream.push_back(closed ? CurveEnd::closed : CurveEnd::limit);
+        c.downstream = c.upstream;
         measure(c);
         return c;
     }
@@ -200,7 +178,6 @@ class Bgeo {
         return names;
     }
 
-  private:
     void readHeader() {
         const std::string_view magic = mIn.bytes(5);
         if (magic.substr(0, 4) == "\x7fNSJ" || magic.substr(0, 4) == "scf1")
@@ -249,7 +226,7 @@ class Bgeo {
         if (form != bgeo::kClosed && form != bgeo::kOpen) throw mIn.error("it is damaged; write or copy it again");
         for (size_t v = 0; v < vertices; ++v) {
             mPolylines.points.push_back(static_cast<uint32_t>(readIndex()));
-            mIn.bytes(mVertexBytes);
+            mIn.skip(mVertexBytes);
         }
         const std::string_view row = mIn.bytes(mPrimitive.rowBytes);
         const Attribute* id = mPrimitive.find("id", 1, true);
@@ -257,39 +234,69 @@ class Bgeo {
                                     : static_cast<int64_t>(mPolylines.closed.size()));
         mPolylines.start.push_back(mPolylines.points.size());
         mPolylines.closed.push_back(form == bgeo::kClosed);
+        mPolylines.anyOpen = mPolylines.anyOpen || form == bgeo::kOpen;
     }
 
     void skipParticles() {
         for (size_t left = mIn.count(); left > 0; --left) {
             readIndex();
-            mIn.bytes(mVertexBytes);
+            mIn.skip(mVertexBytes);
         }
-        mIn.bytes(mPrimitive.rowBytes);
+        mIn.skip(mPrimitive.rowBytes);
     }
 
-    std::string_view row(size_t n) const { return mRows.substr(n * mAttributes.rowBytes, mAttributes.rowBytes); }
+    void requireRowsAnd(double bytes, const char* what) const {
+        requireMemory(bytes + static_cast<double>(mPoints * mAttributes.rowBytes), what, "split the file");
+    }
 
-    void takePositions(Points& p) const {
-        for (auto* values : {&p.x, &p.y, &p.z}) values->resize(mPoints);
-        size_t bad = 0;
-        for (size_t n = 0; n < mPoints; ++n) {
-            p.x[n] = static_cast<double>(valueAt<float>(row(n), 0));
-            p.y[n] = static_cast<double>(valueAt<float>(row(n), 4));
-            p.z[n] = static_cast<double>(valueAt<float>(row(n), 8));
-            bad += !(std::isfinite(p.x[n]) && std::isfinite(p.y[n]) && std::isfinite(p.z[n]));
-        }
+    void readRows() {
+        const size_t bytes = mPoints * mAttributes.rowBytes;
+        mRows = uninitializedArray<char>(bytes);
+        mIn.moveTo(mRowsAt);
+        mIn.copy(mRows.get(), bytes);
+    }
+
+    std::string_view row(size_t n) const { return {&mRows[n * mAttributes.rowBytes], mAttributes.rowBytes}; }
+
+    /// Calls `take` with the indices below `count`, on all threads.
+    template <class Take>
+    static void forValues(size_t count, const Take& take) {
+        parallelFor(count, kGrain, [&](size_t begin, size_t end) {
+            for (size_t n = begin; n < end; ++n) take(n);
+        });
+    }
+
+    /// Sets the positions of points or curves, and their velocities, if the file has them; value n is in row rowOf(n).
+    template <class Geometry, class RowOf>
+    void takeMotion(Geometry& to, size_t count, const RowOf& rowOf) const {
+        requireFinitePositions();
+        for (auto* values : {&to.x, &to.y, &to.z}) values->resize(count);
+        const Attribute* v = mAttributes.find("v", 3);
+        if (v)
+            for (auto* values : {&to.vx, &to.vy, &to.vz}) values->resize(count);
+        forValues(count, [&](size_t n) {
+            const std::string_view from = row(rowOf(n));
+            to.x[n] = static_cast<double>(valueAt<float>(from, 0));
+            to.y[n] = static_cast<double>(valueAt<float>(from, 4));
+            to.z[n] = static_cast<double>(valueAt<float>(from, 8));
+            if (!v) return;
+            to.vx[n] = valueAt<float>(from, v->offset);
+            to.vy[n] = valueAt<float>(from, v->offset + 4);
+            to.vz[n] = valueAt<float>(from, v->offset + 8);
+        });
+    }
+
+    void requireFinitePositions() const {
+        const auto bad = parallelSum(mPoints, kGrain, [&](size_t begin, size_t end) {
+            size_t count = 0;
+            for (size_t n = begin; n < end; ++n)
+                count += !(std::isfinite(valueAt<float>(row(n), 0)) && std::isfinite(valueAt<float>(row(n), 4)) &&
+                           std::isfinite(valueAt<float>(row(n), 8)));
+            return count;
+        });
         if (bad > 0)
             throw mIn.error(fmt::format(
                 "{} of its {} points have a coordinate that is not a finite number; repair them", bad, mPoints));
-    }
-
-    void takeVectors(const Attribute& v, Points& p) const {
-        for (auto* values : {&p.vx, &p.vy, &p.vz}) values->resize(mPoints);
-        for (size_t n = 0; n < mPoints; ++n) {
-            p.vx[n] = valueAt<float>(row(n), v.offset);
-            p.vy[n] = valueAt<float>(row(n), v.offset + 4);
-            p.vz[n] = valueAt<float>(row(n), v.offset + 8);
-        }
     }
 
     bool isScalar(const Attribute& a) const {
@@ -300,6 +307,8 @@ class Bgeo {
     /// Sets the lengths of the curves, and the distance or time at each vertex from its attribute, if there is one.
     void measure(Curves& c) const {
         c.along.resize(c.vertices());
+        c.length.reserve(c.size());
+        c.gap.resize(c.size());
         const Attribute* time = mAttributes.find("time", 1);
         const Attribute* along = time ? time : mAttributes.find("length", 1);
         c.by = time ? StepBy::time : StepBy::length;
@@ -313,35 +322,25 @@ class Bgeo {
             if (c.closed(k) && c.start[k + 1] > c.start[k])
                 length += curlew::length(c.position(c.start[k]) - c.position(c.start[k + 1] - 1));
             c.length.push_back(length);
-            c.gap.push_back(0);
         }
     }
 
-    BigCursor mIn;
+    static constexpr size_t kGrain = 1 << 14; // rows
+
+    BgeoInput mIn;
     size_t mPoints = 0, mPrimitives = 0;
     size_t mPointAttributes = 0, mVertexAttributes = 0, mPrimitiveAttributes = 0;
     Attributes mAttributes, mPrimitive;
     size_t mVertexBytes = 0;
-    std::string_view mRows;
+    size_t mRowsAt = 0;             ///< Position in the file.
+    UninitializedArray<char> mRows; ///< One per point, as they are in the file.
     Polylines mPolylines;
 };
 
 } // namespace
 
-BgeoContent readBgeo(const fs::path& path) {
-    const std::string data = contentOf(path);
-    const Bgeo file(data, path);
-    BgeoContent content{.geometry = {}, .skipped = file.skipped()};
-    if (file.hasCurves())
-        content.geometry = file.curves();
-    else
-        content.geometry = file.points();
-    return content;
-}
+BgeoContent readBgeo(const fs::path& path) { return Bgeo(path).content(); }
 
-bool bgeoHasCurves(const fs::path& path) {
-    const std::string data = contentOf(path);
-    return Bgeo(data, path).hasCurves();
-}
+bool bgeoHasCurves(const fs::path& path) { return Bgeo(path).findCurves(); }
 
 } // namespace curlew

@@ -37,7 +37,8 @@ struct BgeoContent {
 /// primitives, or has a position that is not finite; ResourceError if the content would not fit in memory.
 BgeoContent readBgeo(const std::filesystem::path& path);
 
-/// Returns whether readBgeo() would return curves. Reads the whole file. Throws FileError as readBgeo() does.
+/// Returns whether readBgeo() would return curves, unless it throws. Reads up to the first curve, but not the
+/// points. Throws FileError as readBgeo() does.
 bool bgeoHasCurves(const std::filesystem::path& path);
 
 } // namespace curlew
