@@ -16,7 +16,7 @@ namespace {
 
 constexpr size_t kEnough = 2048, kMaxCandidates = size_t{1} << 17;
 constexpr uint64_t kSeed = 0x6c61796572; // an arbitrary constant
-constexpr int kStepsPerWidth = 16;
+constexpr int kSteps = 16;               ///< Over the width, or over half the shape where that is narrower.
 constexpr double kMaxMissed = 0.75; ///< In steps. On the medial axis the depth rises by less than its slope predicts.
 
 template <int N>
@@ -55,15 +55,23 @@ PointBatchN<N> insideAmong(const SdfN<N>& sdf, size_t begin) {
     return inside;
 }
 
+/// Returns the step on the paths inwards.
+template <int N>
+double stepIn(const WallN<N>& wall) {
+    double most = wall.width;
+    const auto size = wall.sdf.bounds.size();
+    for (int axis = 0; axis < N; ++axis) most = std::min(most, size[axis] / 2);
+    return most / kSteps;
+}
+
 /// Follows the paths inwards from these positions until they end or reach the width; appends their depths to `reached`.
 template <int N>
-void follow(const WallN<N>& wall, const PointBatchN<N>& begin, std::vector<double>& reached) {
+void follow(const WallN<N>& wall, const PointBatchN<N>& begin, double step, std::vector<double>& reached) {
     PointBatchN<N> points = begin;
-    const double step = wall.width / kStepsPerWidth;
     Depths<N> now(wall.sdf, points);
     std::array<bool, kBatch> ended{};
     std::array<double, kBatch> missed{}; // how much less the depth rose than its slope predicted, in total
-    for (int k = 0; k < 2 * kStepsPerWidth; ++k) {
+    for (int k = 0; k < 2 * kSteps; ++k) {
         PointBatchN<N> next = points;
         for (int i = 0; i < points.size; ++i)
             if (!ended[static_cast<size_t>(i)]) next.set(i, points[i] + now.inwards[static_cast<size_t>(i)] * step);
@@ -91,13 +99,14 @@ LayerFit layerFit(const WallN<N>& wall) {
     requirePositive(wall.width, "width");
     LayerFit fit{.fitting = wall.width};
     if (!wall.sdf.bounds.finite()) return fit;
+    const double step = stepIn(wall);
     std::vector<double> reached;
     for (size_t k = 0; k < kMaxCandidates && reached.size() < kEnough; k += kBatch)
-        if (const auto inside = insideAmong(wall.sdf, k); inside.size > 0) follow(wall, inside, reached);
+        if (const auto inside = insideAmong(wall.sdf, k); inside.size > 0) follow(wall, inside, step, reached);
     if (reached.empty()) return fit;
     // A path may end up to one step short of the width.
-    const double enough = wall.width * (1 - 1.0 / kStepsPerWidth);
-    const auto stopped = std::count_if(reached.begin(), reached.end(), [&](double depth) { return depth < enough; });
+    const auto stopped =
+        std::count_if(reached.begin(), reached.end(), [&](double depth) { return depth < wall.width - step; });
     fit.unreached = static_cast<double>(stopped) / static_cast<double>(reached.size());
     if (fit.unreached <= kMaxUnreached) return fit;
     std::sort(reached.begin(), reached.end());

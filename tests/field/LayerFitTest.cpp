@@ -19,9 +19,9 @@ TEST_CASE("layerFit: a layer fits a ball up to its radius", "[field]") {
     CHECK(fitOf(sphereSdf(1), 0.3).fitting == 0.3);
     const LayerFit wide = fitOf(sphereSdf(1), 1.5);
     CHECK(wide.unreached == 1);
-    // Accurate to one step inwards, a sixteenth of the width.
-    CHECK(wide.fitting == Approx(1).margin(1.5 / 16));
-    CHECK(fitOf(sphereSdf(0.01), 0.02).fitting == Approx(0.01).margin(0.02 / 16));
+    // Accurate to one step inwards, a sixteenth of the radius, however wide the layer is.
+    for (const double width : {1.5, 50.0}) CHECK(fitOf(sphereSdf(1), width).fitting == Approx(1).margin(1.0 / 16));
+    CHECK(fitOf(sphereSdf(0.01), 0.02).fitting == Approx(0.01).margin(0.01 / 16));
 }
 
 TEST_CASE("layerFit: measures by volume where an object is too thin", "[field]") {
@@ -34,7 +34,7 @@ TEST_CASE("layerFit: measures by volume where an object is too thin", "[field]")
     CHECK(fit.fitting == 0.3); // not enough for a warning
     const LayerFit slab = fitOf(boxSdf(Vec3d{{20, 20, 0.2}}, 0), 0.3);
     CHECK(slab.unreached == 1);
-    CHECK(slab.fitting == Approx(0.1).margin(0.02)); // about a sixteenth of the width
+    CHECK(slab.fitting == Approx(0.1).margin(0.1 / 16));
 }
 
 TEST_CASE("layerFit: no layer fits fully near a sharp edge", "[field]") {
