@@ -211,6 +211,18 @@ TEST_CASE("JSON: errors name the node and suggest a correction", "[app]") {
     CHECK(location.action == "noise");
 }
 
+TEST_CASE("JSON: an error beside the nodes is blamed on none of them", "[app]") {
+    for (const char* beside :
+         {R"(, "wanted": ["gone"])", R"(, "frames": {"words": ["1-2"]}, "states": [{"name": "s", "initial": "gone"}])",
+          R"(, "frames": {"words": ["1-2"], "fps": 24})"}) {
+        CAPTURE(beside);
+        SourceLocation location;
+        CHECK_THROWS(graphOfJson(document(R"({"name": "swirl", "action": "noise"})", beside),
+                                 {.registry = registry(), .location = &location}));
+        CHECK(location.node.empty());
+    }
+}
+
 TEST_CASE("JSON: a file that cannot be read yet may hold any of its kinds", "[app]") {
     const auto reads = [](const std::string& file, const std::string& next) {
         return document(R"({"name": "r", "action": "read", "words": [")" + file + R"("]}, {"action": ")" + next);
@@ -230,6 +242,8 @@ TEST_CASE("JSON: unknown members are errors", "[app]") {
     CHECK_THAT(complaint(document(R"({"action": "noise", "option": {}})")),
                ContainsSubstring("no member 'option'") && ContainsSubstring("did you mean 'options'"));
     CHECK_THAT(complaint(document("", R"(, "states": [{"nam": "a"}])")), ContainsSubstring("did you mean 'name'"));
+    CHECK_THAT(complaint(document("", R"(, "frames": {"words": ["1-2"], "fps": 24})")),
+               ContainsSubstring("'frames' has no member 'fps'"));
     CHECK_THAT(complaint(document("", R"(, "frames": {"words": ["1-2"], "options": {"fsp": 24}})")),
                ContainsSubstring("frames") && ContainsSubstring("did you mean 'fps'"));
     CHECK_THAT(complaint(R"({"curlew": 2})"), ContainsSubstring("version 2") && ContainsSubstring("version 1"));

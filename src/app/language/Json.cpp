@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 namespace curlew::app {
 
@@ -66,6 +67,7 @@ class Document {
         readStates();
         const Json range = memberOf(mJson, "frames", nullptr);
         mFramed = !range.is_null();
+        if (mFramed) requireKeys(range, {"words", "options"}, "'frames'");
         classify();
         Builder builder(mReading);
         if (mFramed) splitAtFrames();
@@ -110,12 +112,14 @@ class Document {
         return {.frame = number("frame", 1), .time = number("time", 0), .fps = number("fps", 24)};
     }
 
-    /// Runs `work` for a record. Messages of exceptions name the node.
+    /// Runs `work` for a record. Messages of exceptions name the node, and the location is that of the node then.
     template <class Work>
     void at(const std::string& action, const std::string& name, const Work& work) const {
         const SourceLocation location{.action = action, .node = name};
-        if (mReading.location) *mReading.location = location;
+        SourceLocation ignored, &reported = mReading.location ? *mReading.location : ignored;
+        SourceLocation outer = std::exchange(reported, location);
         inContextOf(contextOf(location), work);
+        reported = std::move(outer);
     }
 
     static const std::string& shownName(const Record& record) {
