@@ -2,6 +2,7 @@
 #include "Cases.h"
 #include "ScalarPorts.h"
 #include "curlew/base/Error.h"
+#include "curlew/base/HugePages.h"
 #include "curlew/vdb/Openvdb.h"
 
 #include <fmt/format.h>
@@ -68,6 +69,7 @@ void run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     try {
+        allowHugePages();
         run(argc, argv);
         return 0;
     } catch (const std::exception& e) {

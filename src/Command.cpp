@@ -5,6 +5,7 @@
 #include "curlew/app/run/IsolatedFiles.h"
 #include "curlew/app/run/Session.h"
 #include "curlew/base/AtomicFile.h"
+#include "curlew/base/HugePages.h"
 #include "curlew/base/LibraryError.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/base/Simd.h"
@@ -109,6 +110,7 @@ int curlew_command(int argc, char** argv) {
     if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
         return fail("this build needs a processor with AVX2 and FMA", EXIT_FAILURE);
 #endif
+    allowHugePages();
     std::signal(SIGINT, onInterrupt);
     std::signal(SIGTERM, onInterrupt);
     std::signal(SIGALRM, endInterrupted);

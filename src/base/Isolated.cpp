@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Isolated.h"
 
+#include "curlew/base/HugePages.h"
 #include "curlew/base/LibraryError.h"
 #include "curlew/base/Memory.h"
 #include "curlew/base/Sanitizer.h"
@@ -145,7 +146,7 @@ class Process {
     static std::vector<std::string> environment() {
         std::vector<std::string> variables;
         for (char** variable = environ; *variable != nullptr; ++variable) variables.emplace_back(*variable);
-        if (std::getenv("GLIBC_TUNABLES") == nullptr) variables.emplace_back("GLIBC_TUNABLES=glibc.malloc.hugetlb=1");
+        if (std::getenv(kGlibcTunables) == nullptr) variables.emplace_back(kTunablesForHugePages);
         return variables;
     }
 

@@ -2,6 +2,7 @@
 #include "curlew/base/Memory.h"
 
 #include "curlew/base/Error.h"
+#include "curlew/base/HugePages.h"
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -86,6 +87,7 @@ void requireMemory(double bytes, const std::string& what, const std::string& rem
     if (!(bytes <= available))
         throw ResourceError(fmt::format("{} would need about {} of memory, but only {} are available; {}", what,
                                         formatBytes(bytes), formatBytes(available), remedy));
+    growHeapInHugePages(bytes);
 }
 
 } // namespace curlew

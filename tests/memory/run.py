@@ -19,7 +19,7 @@ FEWER = "-scatter count=4e5 box=-1,-1,-1,1,1,1 "
 PREPARE = {
     "points.vdb": POINTS + "-write points.vdb",
     "points.ply": POINTS + "-write points.ply",
-    "points.csv": "-scatter count=3e5 box=-1,-1,-1,1,1,1 -write points.csv",
+    "points.csv": "-scatter count=6e5 box=-1,-1,-1,1,1,1 -write points.csv",
     "points.bgeo": POINTS + "-write points.bgeo",
     "mesh.ply": MESH + "-mesh2ls dim=250 -ls2mesh adaptivity=0 -write mesh.ply mesh.obj",
     "velocity.vdb": FLOW + "-velocity dim=150 -write velocity.vdb velocity.nvdb",
