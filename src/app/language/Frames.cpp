@@ -56,7 +56,7 @@ std::vector<int> FramePlan::frames() const {
 FrameClock FramePlan::clockAt(double seconds) const {
     constexpr double kRounding = 1e-9;
     const double steps = std::ceil(seconds * fps / by - kRounding);
-    return clock(start + by * std::clamp(static_cast<int>(steps), 0, (last - start) / by));
+    return clock(start + by * std::clamp(static_cast<int>(steps), 0, (last - start) / by + 1));
 }
 
 FrameClock FramePlan::clock(int frame) const {

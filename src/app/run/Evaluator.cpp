@@ -146,6 +146,22 @@ ResultPointer Evaluator::resultInFrame(size_t node, const FrameClock& clock) {
     return mClock && clock.frame == mClock->frame ? mResults[node] : resultAt(node, clock.moment());
 }
 
+/// Returns the frame in whose interval a moment is. After the last frame, that is the one that would follow, or the
+/// last one if the object cannot be made in that: a file does not exist.
+FrameClock Evaluator::clockOf(const Link& link, const Moment& moment) {
+    if (moment.time >= mClock->begin && moment.time <= mClock->time) return *mClock;
+    const FrameClock clock = mPlan->clockAt(moment.time);
+    if (clock.frame <= mPlan->last) return clock;
+    try {
+        resultInFrame(link.index, clock);
+        return clock;
+    } catch (const Interrupted&) {
+        throw;
+    } catch (const Error&) {
+        return mPlan->clock(mPlan->last);
+    }
+}
+
 /// Returns an object between two frames. If a mesh corresponds to that of the previous frame, its points are
 /// interpolated. A level set is interpolated between the two frames; if it is made from such a mesh, it follows the
 /// mesh. Other grids come with those of the earlier frame, so that actions can blend what they make of them. Other
@@ -153,8 +169,7 @@ ResultPointer Evaluator::resultInFrame(size_t node, const FrameClock& clock) {
 Value Evaluator::betweenFrames(const Link& link, const Moment& moment) {
     const bool moves = mClock && !mAdvances[link.index] && !steady(link);
     if (!moves) return resultAt(link.index, mNow)->outputs.at(link.output);
-    const bool ofThisFrame = moment.time >= mClock->begin && moment.time <= mClock->time;
-    const FrameClock clock = ofThisFrame ? *mClock : mPlan->clockAt(moment.time);
+    const FrameClock clock = clockOf(link, moment);
     const auto outputOf = [&](const FrameClock& at) -> Value {
         const auto& outputs = resultInFrame(link.index, at)->outputs;
         return link.output < outputs.size() ? outputs[link.output] : Value{};

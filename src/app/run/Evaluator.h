@@ -77,6 +77,7 @@ class Evaluator {
     Value value(const Link& link, const Moment& moment);
     ResultPointer resultAt(size_t node, const Moment& moment);
     ResultPointer resultInFrame(size_t node, const FrameClock& clock);
+    FrameClock clockOf(const Link& link, const Moment& moment);
     Value betweenFrames(const Link& link, const Moment& moment);
     // Meshes whose faces correspond from frame to frame (EvaluatorMeshes.cpp).
     FrameClock frameBefore(const FrameClock& clock) const { return mPlan->clock(clock.frame - mPlan->by); }

@@ -100,9 +100,9 @@ std::optional<RigidBody> Evaluator::bodyAt(const Link& levelSet, const FrameCloc
     if (!mesh) return {};
     const RigidFit* to = fitIn(*mesh, clock);
     if (!to) return {};
-    // The first frame's mesh always fits itself. Whether it is rigid, the next one shows.
-    const int next = clock.frame + mPlan->by;
-    if (clock.duration == 0 && next <= mPlan->last && !fitIn(*mesh, mPlan->clock(next))) return {};
+    // The first frame's mesh always fits itself. Whether it is rigid, the next one shows, if there is one.
+    const FrameClock next = mPlan->clock(clock.frame + mPlan->by);
+    if (clock.duration == 0 && meshIn(*mesh, next) && !fitIn(*mesh, next)) return {};
     PoseKeys keys{.from = to->now, .to = to->now};
     if (clock.duration > 0 && part < 1) {
         const FrameClock before = frameBefore(clock);
@@ -121,9 +121,10 @@ std::optional<RigidBody> Evaluator::bodyAt(const Link& levelSet, const FrameCloc
     return RigidBody{.first = first, .home = to->home, .now = poseBetween(keys, part)};
 }
 
-/// Returns the level set of the first frame as the beginning of its way to the next frame.
+/// Returns the level set of the first frame as the beginning of its way to the next frame, which need not be one that
+/// this process evaluates.
 GridValue Evaluator::withWayAhead(const Link& link, const Link& mesh, const GridValue& grid) {
-    if (!mPlan || mClock->frame + mPlan->by > mPlan->last) return grid;
+    if (!mPlan) return grid;
     const FrameClock next = mPlan->clock(mClock->frame + mPlan->by);
     if (!meshKeys(mesh, next)) return grid;
     ResultPointer after;

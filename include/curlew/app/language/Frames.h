@@ -41,7 +41,8 @@ struct FramePlan {
     FrameClock firstClock() const { return clock(frames().front()); }
     FrameClock startClock() const { return clock(start); }
     /// Returns the frame whose interval contains a time. The interval begins at the previous frame (exclusive) and ends
-    /// at the frame itself. Times outside the range give the starting frame or the last one.
+    /// at the frame itself. Times before the range give the starting frame. Times after it give the frame that would
+    /// follow the last one: it shows how objects move in the starting frame if that is the last one, too.
     FrameClock clockAt(double seconds) const;
 };
 
