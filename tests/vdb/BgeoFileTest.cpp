@@ -145,6 +145,8 @@ TEST_CASE("BgeoFile: damaged and unsupported files are refused", "[vdb]") {
     for (int n = 0; n < 12; ++n) faces << 1.0f;
     faces << int32_t{1} << int32_t{3} << '<' << uint16_t{0} << uint16_t{1} << uint16_t{2};
     CHECK_THAT(complaint(faces.text), ContainsSubstring("it holds faces"));
+    CHECK_THAT(messageOf([&] { bgeoHasCurves(store(folder / "b.bgeo", faces.text)); }),
+               ContainsSubstring("it holds faces"));
     Bytes outside;
     outside.header(1, 1, 0, 0) << 1.0f << 1.0f << 1.0f << 1.0f << int32_t{1} << int32_t{1} << ':' << uint16_t{1};
     CHECK_THAT(complaint(outside.text), ContainsSubstring("does not exist"));

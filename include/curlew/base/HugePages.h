@@ -28,9 +28,9 @@ void allowHugePages();
 
 /// Called before about `bytes` are allocated. If allowHugePages() has been called, and at least 64 MiB are for each
 /// thread, the heaps of all threads grow by 64 MiB at a time from now on. Otherwise, glibc's heaps of threads grow by
-/// pages of 4 KiB, and get no others. Memory that is never used is not provided; only the last huge page of a thread
-/// can be partly unused, so this takes at most a thirty-second more. Does nothing if the address space is limited.
-/// Thread safe.
+/// 4 KiB at a time, so they get no huge pages. The system provides only what is used. A thread may use little of its
+/// last huge page, so this takes at most a thirty-second more. Does nothing if the address space is limited. Thread
+/// safe.
 void growHeapInHugePages(double bytes);
 
 } // namespace curlew

@@ -116,10 +116,10 @@ class Document {
     template <class Work>
     void at(const std::string& action, const std::string& name, const Work& work) const {
         const SourceLocation location{.action = action, .node = name};
-        SourceLocation ignored, &reported = mReading.location ? *mReading.location : ignored;
-        SourceLocation outer = std::exchange(reported, location);
+        SourceLocation outer;
+        if (mReading.location) outer = std::exchange(*mReading.location, location);
         inContextOf(contextOf(location), work);
-        reported = std::move(outer);
+        if (mReading.location) *mReading.location = std::move(outer);
     }
 
     static const std::string& shownName(const Record& record) {
