@@ -15,10 +15,10 @@ static_assert(kBatch == kLeafEdge * kLeafEdge);
 /// The centres of the voxels of a leaf.
 class LeafPoints {
   public:
-    LeafPoints(const openvdb::Coord& origin, double voxel) {
-        for (size_t axis = 0; axis < 3; ++axis)
+    LeafPoints(const openvdb::Coord& origin, const Voxels& voxels) {
+        for (int axis = 0; axis < 3; ++axis)
             for (int k = 0; k < kLeafEdge; ++k)
-                mCoordinates[axis][static_cast<size_t>(k)] = (origin[static_cast<int>(axis)] + k) * voxel;
+                mCoordinates[static_cast<size_t>(axis)][static_cast<size_t>(k)] = voxels.at(axis, origin[axis] + k);
     }
     /// The lattice of those with these numbers; empty: all.
     PointLattice lattice(std::span<const uint32_t> numbers = {}) {
@@ -92,22 +92,22 @@ class ActiveVoxels {
     bool mFades = false;
 };
 
-PointBatch centresOfPlane(const openvdb::Coord& origin, int plane, double voxel) {
+PointBatch centresOfPlane(const openvdb::Coord& origin, int plane, const Voxels& voxels) {
     PointBatch points;
     points.size = kBatch;
-    points.c[0].fill((origin[0] + plane) * voxel);
+    points.c[0].fill(voxels.at(0, origin[0] + plane));
     for (int j = 0; j < kLeafEdge; ++j)
         for (int k = 0; k < kLeafEdge; ++k) {
             const int n = j * kLeafEdge + k;
-            points.c[1][static_cast<size_t>(n)] = (origin[1] + j) * voxel;
-            points.c[2][static_cast<size_t>(n)] = (origin[2] + k) * voxel;
+            points.c[1][static_cast<size_t>(n)] = voxels.at(1, origin[1] + j);
+            points.c[2][static_cast<size_t>(n)] = voxels.at(2, origin[2] + k);
         }
     return points;
 }
 
 /// Adds the wall's velocity to a plane, and activates those voxels in the box where it is not zero.
 void addWall(const FlowOnVoxels& sampled, bool whole, int plane, VelocityLeaf& leaf) {
-    const PointBatch points = centresOfPlane(leaf.origin(), plane, sampled.voxel);
+    const PointBatch points = centresOfPlane(leaf.origin(), plane, sampled.voxels);
     VecBatch<double> w;
     sampled.moving->eval(points, w);
     openvdb::Vec3s* values = leaf.buffer().data() + plane * kBatch;
@@ -134,7 +134,7 @@ struct Wanted {
 
 /// Activates the voxels of a leaf where the velocity is not zero.
 Wanted activate(const FlowOnVoxels& sampled, VelocityLeaf& leaf) {
-    LeafPoints points(leaf.origin(), sampled.voxel);
+    LeafPoints points(leaf.origin(), sampled.voxels);
     const ActiveVoxels active(sampled, leaf.origin(), points);
     Wanted wanted{.count = active.count(), .factors = {}};
     for (size_t n = 0; n < wanted.count; ++n) {
@@ -199,7 +199,7 @@ void sampleCollocated(const FlowOnVoxels& sampled, const VelocitySource& source,
 }
 
 void sampleCollocated(const FlowOnVoxels& sampled, VelocityLeaf& leaf) {
-    LeafPoints points(leaf.origin(), sampled.voxel);
+    LeafPoints points(leaf.origin(), sampled.voxels);
     const ActiveVoxels active(sampled, leaf.origin(), points);
     if (active.count() > 0) {
         const PointLattice lattice = points.lattice(active.numbers());

@@ -43,10 +43,10 @@ class AirSolver {
   public:
     AirSolver(const Domain& domain, const WallVelocity& wall, const DisplacedAirOptions& options,
               const Monitor& monitor)
-        : mDomain(domain), mWall(wall), mOptions(options), mVoxel(options.voxel), mMonitor(monitor) {
+        : mDomain(domain), mWall(wall), mOptions(options), mVoxels(options.voxels), mMonitor(monitor) {
         for (int axis = 0; axis < 3; ++axis) {
-            mLower[axis] = static_cast<int>(std::ceil(domain.box.lower[axis] / mVoxel - kSideRounding));
-            mUpper[axis] = static_cast<int>(std::floor(domain.box.upper[axis] / mVoxel + kSideRounding));
+            mLower[axis] = static_cast<int>(std::ceil(mVoxels.index(axis, domain.box.lower[axis]) - kSideRounding));
+            mUpper[axis] = static_cast<int>(std::floor(mVoxels.index(axis, domain.box.upper[axis]) + kSideRounding));
         }
         classify();
         findWallFaces();
@@ -66,10 +66,10 @@ class AirSolver {
     }
 
   private:
-    Vec3d centre(const Coord& ijk) const { return {{ijk[0] * mVoxel, ijk[1] * mVoxel, ijk[2] * mVoxel}}; }
+    Vec3d centre(const Coord& ijk) const { return mVoxels.centre(ijk[0], ijk[1], ijk[2]); }
     Vec3d middleOf(const Coord& ijk, int axis) const {
         Vec3d p = centre(ijk);
-        p[axis] -= 0.5 * mVoxel;
+        p[axis] -= 0.5 * mVoxels.size;
         return p;
     }
     Cell at(const Coord& ijk) const { return static_cast<Cell>(mCells.getValue(ijk)); }
@@ -172,11 +172,11 @@ class AirSolver {
     /// and the velocity along the wall is extrapolated.
     void correct() {
         setWallVelocity([&](const WallFace& face) {
-            const double across = dot(face.wall, face.normal), distance = face.distance / mVoxel;
+            const double across = dot(face.wall, face.normal), distance = face.distance / mVoxels.size;
             Vec3d u, beyond;
-            if (!velocity(face.foot + face.normal * (kNearVoxels * mVoxel), u)) return face.normal * across;
+            if (!velocity(face.foot + face.normal * (kNearVoxels * mVoxels.size), u)) return face.normal * across;
             const double acrossNear = dot(u, face.normal);
-            if (velocity(face.foot + face.normal * (kFarVoxels * mVoxel), beyond))
+            if (velocity(face.foot + face.normal * (kFarVoxels * mVoxels.size), beyond))
                 u += (beyond - u) * ((distance - kNearVoxels) / (kFarVoxels - kNearVoxels));
             const double acrossThere = across + (acrossNear - across) * distance / kNearVoxels;
             return u + face.normal * (acrossThere - dot(u, face.normal));
@@ -194,7 +194,7 @@ class AirSolver {
             while (neighbour[axis] == air[axis]) ++axis;
             const bool above = neighbour[axis] > air[axis];
             const double v = mThrough[static_cast<size_t>(axis)].getValue(above ? neighbour : air);
-            source += (above ? -v : v) * mVoxel;
+            source += (above ? -v : v) * mVoxels.size;
         };
         openvdb::math::pcg::State state{.success = false,
                                         .iterations = mOptions.iterations,
@@ -218,7 +218,7 @@ class AirSolver {
         if (a == Cell::wall || b == Cell::wall)
             v = mThrough[static_cast<size_t>(axis)].getValue(ijk);
         else // φ is 0 beyond the box
-            v = (mPhi->getValue(ijk) - mPhi->getValue(below)) / mVoxel;
+            v = (mPhi->getValue(ijk) - mPhi->getValue(below)) / mVoxels.size;
         return true;
     }
 
@@ -226,7 +226,8 @@ class AirSolver {
     bool velocity(const Vec3d& position, Vec3d& u) const {
         u = {};
         for (int axis = 0; axis < 3; ++axis) {
-            openvdb::Vec3d p(position[0] / mVoxel, position[1] / mVoxel, position[2] / mVoxel);
+            openvdb::Vec3d p(mVoxels.index(0, position[0]), mVoxels.index(1, position[1]),
+                             mVoxels.index(2, position[2]));
             p[axis] += 0.5;
             const Coord base = Coord::floor(p);
             const openvdb::Vec3d part = p - base.asVec3d();
@@ -256,7 +257,8 @@ class AirSolver {
             mMonitor.quiet());
         auto grid = openvdb::Vec3SGrid::create();
         for (auto& leaf : leaves) grid->tree().addLeaf(leaf.release());
-        grid->setTransform(openvdb::math::Transform::createLinearTransform(mVoxel));
+        grid->setTransform(openvdb::math::Transform::createLinearTransform(mVoxels.size));
+        grid->transform().postTranslate({mVoxels.origin[0], mVoxels.origin[1], mVoxels.origin[2]});
         grid->setGridClass(openvdb::GRID_STAGGERED);
         grid->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
         return grid;
@@ -299,7 +301,7 @@ class AirSolver {
     const Domain& mDomain;
     const WallVelocity& mWall;
     DisplacedAirOptions mOptions;
-    double mVoxel;
+    Voxels mVoxels;
     const Monitor& mMonitor;
     Coord mLower, mUpper; // voxels of the box
     CellTree mCells{0};
@@ -314,20 +316,21 @@ class AirSolver {
 
 DisplacedAir displacedAir(const Domain& domain, const WallVelocity& wall, const DisplacedAirOptions& options,
                           const Monitor& monitor) {
-    if (!(options.voxel > 0)) throw ValueError(fmt::format("voxel size {} must be positive", options.voxel));
-    requireVoxel(options.voxel);
+    if (!(options.voxels.size > 0))
+        throw ValueError(fmt::format("voxel size {} must be positive", options.voxels.size));
+    requireVoxel(options.voxels.size);
     if (!domain.wall) throw ValueError("there is no wall that could displace air");
     if (domain.wall->side != Side::outside)
         throw ValueError(
             "air can only be displaced around an obstacle (-bound side=outside); inside a wall that "
             "deforms there is no divergence-free flow, so use displaced=fade");
     if (!domain.box.finite()) throw ValueError("the domain is infinite; give a box");
-    const double reach = domain.wall->sdf.reach, needed = 3 * options.voxel;
+    const double reach = domain.wall->sdf.reach, needed = 3 * options.voxels.size;
     if (reach > 0 && reach < needed)
         throw ValueError(
             fmt::format("the distance from the wall is known up to {:.3g} only, but a potential flow on "
                         "voxels of {:.3g} needs {:.3g}; use smaller voxels or a wider layer (-bound layer=)",
-                        reach, options.voxel, needed));
+                        reach, options.voxels.size, needed));
     return AirSolver(domain, wall, options, monitor).run();
 }
 

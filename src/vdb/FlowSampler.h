@@ -17,15 +17,15 @@ using VelocityLeaf = openvdb::Vec3STree::LeafNodeType;
 
 constexpr int kLeafEdge = VelocityLeaf::DIM;
 
-/// A flow to be sampled on the voxels of a grid. The centre of voxel ijk is voxel * ijk. Refers to the flow, the fade
-/// and the motion of the wall (nullptr if the wall is at rest).
+/// A flow to be sampled on the voxels of a grid. Refers to the flow, the fade and the motion of the wall (nullptr if
+/// the wall is at rest).
 struct FlowOnVoxels {
     const Flow& flow;
-    double voxel;
+    Voxels voxels;
     const WallFade& fade;
     const WallVelocity* moving = nullptr;
 
-    Vec3d centre(const openvdb::Coord& ijk) const { return {{ijk[0] * voxel, ijk[1] * voxel, ijk[2] * voxel}}; }
+    Vec3d centre(const openvdb::Coord& ijk) const { return voxels.centre(ijk[0], ijk[1], ijk[2]); }
 
     /// Whether the wall is a level set: its distances are exact in a band only.
     bool inLevelSet() const {
@@ -51,9 +51,9 @@ struct FlowOnVoxels {
 
   private:
     Vec3d middleOf(const openvdb::Coord& origin, int edge) const {
-        return centre(origin) + Vec3d{{1, 1, 1}} * ((0.5 * edge - 0.5) * voxel);
+        return centre(origin) + Vec3d{{1, 1, 1}} * ((0.5 * edge - 0.5) * voxels.size);
     }
-    double radiusOf(int edge) const { return 0.5 * edge * std::sqrt(3.0) * voxel; }
+    double radiusOf(int edge) const { return 0.5 * edge * std::sqrt(3.0) * voxels.size; }
 };
 
 /// Fills a leaf with velocities at the centres of its voxels.

@@ -18,10 +18,10 @@ struct Corners {
     std::array<std::vector<double>, 3> coordinates;
     std::array<size_t, 3> step; ///< From a corner to the next one along each axis.
 
-    Corners(const openvdb::CoordBBox& voxels, double voxel) {
+    Corners(const openvdb::CoordBBox& box, const Voxels& voxels) {
         for (int axis = 0; axis < 3; ++axis)
-            for (int k = voxels.min()[axis]; k <= voxels.max()[axis] + 1; ++k)
-                coordinates[static_cast<size_t>(axis)].push_back((k - 0.5) * voxel);
+            for (int k = box.min()[axis]; k <= box.max()[axis] + 1; ++k)
+                coordinates[static_cast<size_t>(axis)].push_back(voxels.at(axis, k - 0.5));
         step = {coordinates[1].size() * coordinates[2].size(), coordinates[2].size(), 1};
     }
     /// The lattice of those with these numbers; empty: all.
@@ -139,7 +139,7 @@ std::vector<StaggeredBrick::Term> fadingTerms(const FlowOnVoxels& sampled, const
 StaggeredBrick::StaggeredBrick(const FlowOnVoxels& sampled, std::span<const Coord> leaves) : mSampled(sampled) {
     openvdb::CoordBBox box;
     for (const Coord& leaf : leaves) box.expand(openvdb::CoordBBox::createCube(leaf, kLeafEdge));
-    const Corners corners(box, sampled.voxel);
+    const Corners corners(box, sampled.voxels);
     mOrigin = box.min();
     mStep = corners.step;
     LatticeMemo memo;
@@ -183,7 +183,7 @@ void StaggeredBrick::sample(VelocityLeaf& leaf) const {
     Edges edges;
     integrate(leaf.origin(), edges);
     const auto& [x, y, z] = edges;
-    const double perArea = 1 / (mSampled.voxel * mSampled.voxel);
+    const double perArea = 1 / (mSampled.voxels.size * mSampled.voxels.size);
     openvdb::Vec3s* values = leaf.buffer().data();
     for (size_t i = 0; i < kLeafEdge; ++i)
         for (size_t j = 0; j < kLeafEdge; ++j) {
@@ -207,7 +207,7 @@ void StaggeredBrick::addPointValues(VelocityLeaf& leaf) const {
             for (int j = 0; j < kLeafEdge; ++j)
                 for (int k = 0; k < kLeafEdge; ++k) {
                     Vec3d p = mSampled.centre(leaf.origin().offsetBy(plane, j, k));
-                    p[axis] -= 0.5 * mSampled.voxel;
+                    p[axis] -= 0.5 * mSampled.voxels.size;
                     points.push(p);
                 }
             VecBatch<double> w;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/vdb/VelocityGrid.h"
 
+#include "DenseBox.h"
 #include "FlowSampler.h"
 #include "GridTopology.h"
 #include "VoxelSize.h"
@@ -65,15 +66,19 @@ std::vector<Coord> leafOrigins(const Domain& domain, double voxel, const WallFad
     return origins;
 }
 
-/// Returns the voxel size of a mask. Throws ValueError unless its voxels are axis-aligned cubes centred at multiples of
-/// their size.
-double maskVoxel(const openvdb::GridBase& mask) {
-    const auto voxel = mask.voxelSize();
-    const auto lattice = openvdb::math::Transform::createLinearTransform(voxel[0]);
-    if (!(voxel[0] > 0) || mask.transform() != *lattice)
+/// Returns the voxels of a grid. Throws ValueError unless they are cubes along the axes.
+Voxels voxelsOfGrid(const openvdb::GridBase& grid) {
+    constexpr double kTolerance = 1e-6; // voxels per voxel
+    const openvdb::Mat4d toWorld = linearMapOf(grid);
+    const Voxels voxels{toWorld(0, 0), {{toWorld(3, 0), toWorld(3, 1), toWorld(3, 2)}}};
+    bool cubes = voxels.size > 0;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            cubes = cubes && std::abs(toWorld(i, j) - (i == j ? voxels.size : 0)) <= kTolerance * voxels.size;
+    if (!cubes)
         throw ValueError(
-            fmt::format("the mask '{}' must have cubic voxels, aligned with the axes and the origin", mask.getName()));
-    return voxel[0];
+            fmt::format("the voxels of {} are not cubes along the axes; resample it first", titleOf(grid)));
+    return voxels;
 }
 
 /// Resets all voxels outside the mask to inactive background.
@@ -186,8 +191,8 @@ void addDisplaced(const openvdb::Vec3STree& faces, Layout layout, const openvdb:
 
 } // namespace
 
-double voxelOf(const Flow& flow, const VelocityGridOptions& options) {
-    return options.mask ? maskVoxel(*options.mask) : voxelFor(flow, options);
+Voxels voxelsOf(const Flow& flow, const VelocityGridOptions& options) {
+    return options.mask ? voxelsOfGrid(*options.mask) : Voxels{.size = voxelFor(flow, options)};
 }
 
 openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions& options, const Monitor& monitor) {
@@ -203,10 +208,10 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions
                   "grid cannot make it so; sample it collocated"
                 : "a flow without potentials (a velocity grid, a gradient) cannot be sampled on a staggered grid; "
                   "sample it collocated, or make the potentials of the grid (-flow exact=1)");
-    const double voxel = voxelOf(flow, options);
-    if (options.displaced && options.displaced->voxelSize()[0] != voxel)
-        throw ValueError(fmt::format("the displaced air is given on voxels of {}, but the grid has voxels of {}",
-                                     options.displaced->voxelSize()[0], voxel));
+    const Voxels voxels = voxelsOf(flow, options);
+    const double voxel = voxels.size;
+    if (options.displaced && voxelsOfGrid(*options.displaced) != voxels)
+        throw ValueError("the displaced air is not given on the voxels of the grid");
     openvdb::MaskTree::Ptr mask;
     std::vector<Coord> origins;
     // A mask alone decides which voxels are active.
@@ -228,12 +233,13 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions
     if (!options.mask) origins = leafOrigins(domain, voxel, fade, moving);
     requireVoxel(voxel);
 
-    const FlowOnVoxels onVoxels{sampled, voxel, fade, moving ? &*moving : nullptr};
+    const FlowOnVoxels onVoxels{sampled, voxels, fade, moving ? &*moving : nullptr};
     const auto tree = options.source ? treeFrom(options.source(flow), origins, onVoxels, mask.get(), monitor)
                                      : filledTree(origins, onVoxels, options.layout, mask.get(), monitor);
     if (options.displaced) addDisplaced(options.displaced->tree(), options.layout, mask.get(), *tree);
     auto grid = openvdb::Vec3SGrid::create(tree);
-    grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
+    grid->setTransform(options.mask ? options.mask->transform().copy()
+                                    : openvdb::math::Transform::createLinearTransform(voxel));
     grid->setName("vel");
     grid->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
     if (options.layout == Layout::staggered) grid->setGridClass(openvdb::GRID_STAGGERED);

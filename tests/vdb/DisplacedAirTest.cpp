@@ -33,8 +33,8 @@ struct Sphere {
     WallVelocity motion() const {
         return {sphere(0, grows), sphere(kStep, grows), sphere(2 * kStep, grows), kStep, cube(half)};
     }
-    DisplacedAir air(double voxel, int corrections = 2) const {
-        return displacedAir(domain(), motion(), {.voxel = voxel, .corrections = corrections});
+    DisplacedAir air(double voxel, int corrections = 2, const Vec3d& origin = {}) const {
+        return displacedAir(domain(), motion(), {.voxels = {voxel, origin}, .corrections = corrections});
     }
     /// The exact potential flow in unbounded space: a dipole, or a source.
     Vec3d exact(const Vec3d& x) const {
@@ -102,6 +102,9 @@ TEST_CASE("displacedAir: is the dipole flow around a moving sphere", "[vdb]") {
     CHECK(divergenceOf(sphere, fine) < 1e-4); // the tolerance of the solver, and rounding to float
     CHECK(fine.voxels > coarse.voxels);
     CHECK(fine.iterations > 0);
+    const DisplacedAir shifted = sphere.air(kRadius / 10, 2, {{0.31 * kRadius, 0.02 * kRadius, -7.77 * kRadius}});
+    CHECK(errorOf(sphere, shifted) < 0.02);
+    CHECK(divergenceOf(sphere, shifted) < 1e-4);
 }
 
 TEST_CASE("displacedAir: a growing sphere pushes its volume through the box", "[vdb]") {
@@ -182,7 +185,7 @@ TEST_CASE("displacedAir: errors say what is missing", "[vdb]") {
     const WallVelocity motion = sphere.motion();
     const auto complaint = [&](const Domain& domain, double voxel) {
         try {
-            displacedAir(domain, motion, {.voxel = voxel});
+            displacedAir(domain, motion, {.voxels = {.size = voxel}});
         } catch (const ValueError& error) {
             return std::string(error.what());
         }
@@ -203,6 +206,6 @@ TEST_CASE("displacedAir: errors say what is missing", "[vdb]") {
     CHECK_THAT(complaint(domain, 0.05), ContainsSubstring("fills the box"));
     domain.box = {{{0.6, 0.6, 0.6}}, {{1, 1, 1}}};
     CHECK_THAT(complaint(domain, 0.1), ContainsSubstring("in the obstacle"));
-    CHECK_THROWS_WITH(displacedAir(sphere.domain(), motion, {.voxel = 0.1, .iterations = 1}),
+    CHECK_THROWS_WITH(displacedAir(sphere.domain(), motion, {.voxels = {.size = 0.1}, .iterations = 1}),
                       Catch::ContainsSubstring("not converged"));
 }

@@ -147,8 +147,50 @@ TEST_CASE("velocityGrid: a mask selects the voxels to sample", "[vdb]") {
         CHECK(grid->tree().getValue({5, 0, 0}) == openvdb::Vec3s(0));
         CHECK(grid->transform() == mask->transform());
     }
-    mask->transform().postTranslate({0.05, 0, 0});
-    CHECK_THROWS_WITH(velocityGrid(waves(), {.mask = mask}), Catch::ContainsSubstring("cubic"));
+}
+
+TEST_CASE("velocityGrid: a mask may be anywhere, but its voxels must be cubes along the axes", "[vdb]") {
+    auto mask = openvdb::MaskGrid::create();
+    mask->setName("smoke");
+    mask->setTransform(openvdb::math::Transform::createLinearTransform(0.1));
+    mask->transform().postTranslate({0.03, 5, -0.05});
+    mask->fill({{-3, -3, -3}, {4, 4, 20}}, true);
+    const Flow flow = waves();
+    const auto grid = velocityGrid(flow, {.mask = mask});
+    CHECK(grid->transform() == mask->transform());
+    CHECK(grid->activeVoxelCount() == mask->activeVoxelCount());
+    const auto staggered = velocityGrid(flow, {.layout = Layout::staggered, .mask = mask});
+    CHECK(diagnoseGrid(*staggered).divergence < 1e-6);
+    double worst = 0, worstOnFace = 0;
+    for (auto voxel = grid->cbeginValueOn(); voxel; ++voxel)
+        for (int axis = 0; axis < 3; ++axis) {
+            Vec3d p = centreOf(*grid, voxel.getCoord());
+            const auto errorOf = [&](const openvdb::Vec3s& v) {
+                return std::abs(static_cast<double>(v[axis]) - flow.at(p).velocity[axis]);
+            };
+            worst = std::max(worst, errorOf(*voxel));
+            p[axis] -= 0.05;
+            worstOnFace = std::max(worstOnFace, errorOf(staggered->tree().getValue(voxel.getCoord())));
+        }
+    CHECK(worst < 1e-5);
+    CHECK(worstOnFace < 0.05);
+    // Moving the origin by whole voxels and the indices back gives the same voxels.
+    auto same = mask->deepCopy();
+    same->transform().postTranslate({0, 0, -0.1 * 8});
+    same->clear();
+    same->fill({{-3, -3, 5}, {4, 4, 28}}, true);
+    const auto moved = velocityGrid(flow, {.mask = same});
+    for (auto voxel = moved->cbeginValueOn(); voxel; ++voxel)
+        REQUIRE(double((grid->tree().getValue(voxel.getCoord().offsetBy(0, 0, -8)) - *voxel).length()) < 1e-5);
+
+    for (const openvdb::Vec3d scale : {openvdb::Vec3d(1, 1, 2), openvdb::Vec3d(-1, 1, 1)}) {
+        auto scaled = mask->deepCopy();
+        scaled->transform().preScale(scale);
+        CHECK_THROWS_WITH(velocityGrid(flow, {.mask = scaled}),
+                          Catch::ContainsSubstring("'smoke'") && Catch::ContainsSubstring("not cubes along the axes"));
+    }
+    mask->transform().preRotate(0.3, openvdb::math::X_AXIS);
+    CHECK_THROWS_WITH(velocityGrid(flow, {.mask = mask}), Catch::ContainsSubstring("not cubes along the axes"));
 }
 
 TEST_CASE("velocityGrid: does not depend on the number of threads", "[vdb]") {

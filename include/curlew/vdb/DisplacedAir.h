@@ -5,11 +5,12 @@
 #include "curlew/flow/Domain.h"
 #include "curlew/track/WallVelocity.h"
 #include "curlew/vdb/GridTypes.h"
+#include "curlew/vdb/Voxels.h"
 
 namespace curlew {
 
 struct DisplacedAirOptions {
-    double voxel = 0;        ///< World units. The voxels are those of velocityGrid().
+    Voxels voxels;           ///< Those of velocityGrid(), from voxelsOf().
     int corrections = 2;     ///< How often velocities on faces of the wall are taken from the previous solution.
     double tolerance = 1e-6; ///< Of the Poisson solver: residual relative to the sources, both by the maximum norm.
     int iterations = 10000;  ///< Maximum per solution.

@@ -5,6 +5,7 @@
 #include "curlew/flow/Flow.h"
 #include "curlew/track/WallVelocity.h"
 #include "curlew/vdb/GridTypes.h"
+#include "curlew/vdb/Voxels.h"
 
 #include <functional>
 #include <vector>
@@ -37,8 +38,8 @@ struct VelocityGridOptions {
     std::function<VelocitySource(const Flow&)> source = {};
 };
 
-/// Returns the voxel size that these options give. Throws ValueError as velocityGrid() does.
-double voxelOf(const Flow& flow, const VelocityGridOptions& options);
+/// Returns the voxels that these options give. Throws ValueError as velocityGrid() does.
+Voxels voxelsOf(const Flow& flow, const VelocityGridOptions& options);
 
 /// Samples the flow on a sparse grid over its domain: world units per second, contravariant, background 0.
 ///
@@ -58,7 +59,7 @@ double voxelOf(const Flow& flow, const VelocityGridOptions& options);
 /// its surface, which are not divergence-free. Instead, `displaced` adds a potential flow, which is.
 ///
 /// The result has the same bytes for any number of threads. Throws ValueError if a size is not positive, the box is
-/// infinite, the voxels of the mask are not axis-aligned cubes, the voxels of `displaced` differ from those of this
+/// infinite, the voxels of the mask are not cubes along the axes, the voxels of `displaced` differ from those of this
 /// grid, a staggered grid of a flow that is not divergence-free is requested, or one with a `source`;
 /// ResourceError if the grid would not fit in memory.
 std::shared_ptr<openvdb::Vec3SGrid> velocityGrid(const Flow& flow, const VelocityGridOptions& options,

@@ -166,7 +166,7 @@ std::optional<WallVelocity> movingWall(const Context& c) {
 /// Returns the velocity of the air that the wall displaces, as a potential flow.
 openvdb::Vec3SGrid::ConstPtr displacedBy(Context& c, const Flow& flow, const VelocityGridOptions& options) {
     const DisplacedAir air =
-        displacedAir(flow.domain(), *options.moving, {.voxel = voxelOf(flow, options)}, c.follow("displaced air"));
+        displacedAir(flow.domain(), *options.moving, {.voxels = voxelsOf(flow, options)}, c.follow("displaced air"));
     c.report("displaced") = {{"voxels", air.voxels}, {"iterations", air.iterations}};
     return air.faces;
 }
@@ -240,7 +240,7 @@ void velocity(Context& c, const Arguments& a) {
                                 .source = velocitySourceOf(c, a, a.flag("staggered"))};
     if (a.flag("tile")) {
         if (options.mask) throw ValueError("tile=1 has no effect with a mask");
-        options.voxel = voxelOf(flow, options);
+        options.voxel = voxelsOf(flow, options).size;
         warnOfSeams(c, flow, domain.box);
         domain.box = tileOf(domain.box, options.voxel);
         flow = flow.within(domain);
