@@ -242,6 +242,8 @@ TEST_CASE("JSON: unknown members are errors", "[app]") {
     CHECK_THAT(complaint(document(R"({"action": "noise", "option": {}})")),
                ContainsSubstring("no member 'option'") && ContainsSubstring("did you mean 'options'"));
     CHECK_THAT(complaint(document("", R"(, "states": [{"nam": "a"}])")), ContainsSubstring("did you mean 'name'"));
+    CHECK_THAT(complaint(document("", R"(, "states": [{"name": "s", "next": "a"}])")),
+               ContainsSubstring("the graph has no 'frames'"));
     CHECK_THAT(complaint(document("", R"(, "frames": {"words": ["1-2"], "fps": 24})")),
                ContainsSubstring("'frames' has no member 'fps'"));
     CHECK_THAT(complaint(document("", R"(, "frames": {"words": ["1-2"], "options": {"fsp": 24}})")),

@@ -67,7 +67,10 @@ class Document {
         readStates();
         const Json range = memberOf(mJson, "frames", nullptr);
         mFramed = !range.is_null();
-        if (mFramed) requireKeys(range, {"words", "options"}, "'frames'");
+        if (mFramed)
+            requireKeys(range, {"words", "options"}, "'frames'");
+        else if (!mStates.empty())
+            throw ValueError("'states' persist from frame to frame, but the graph has no 'frames'");
         classify();
         Builder builder(mReading);
         if (mFramed) splitAtFrames();
