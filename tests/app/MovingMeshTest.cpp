@@ -249,6 +249,47 @@ TEST_CASE("moving mesh: a range of one frame has the velocities of that frame in
     requireSame(turned, "turned");
 }
 
+TEST_CASE("moving mesh: each frame on its own has the velocities of the whole range", "[app]") {
+    using Grids = std::map<int, openvdb::Vec3SGrid::ConstPtr>;
+    const auto gridsOf = [](const std::string& range, bool sameFaces, const std::string& body) {
+        Scenes scenes;
+        for (int f = 1; f <= 4; ++f)
+            scenes.session.provide("bar" + std::to_string(f), bar(0.1 * f, 0, sameFaces || f % 2 != 0),
+                                   DigestBuilder().add(f).add(int{sameFaces}).digest());
+        Grids grids;
+        scenes.session.onFrame = [&](int frame) {
+            const auto grid = std::get<GridValue>(valueOf(scenes.session, Kind::velocity)).grid;
+            grids[frame] = openvdb::gridConstPtrCast<openvdb::Vec3SGrid>(grid);
+        };
+        scenes.run("frames " + range + " fps=24 start=1\nread bar$F\n" + body + "\n" + kAround + "velocity voxel=0.05");
+        return grids;
+    };
+    const auto speedOf = [](const openvdb::Vec3SGrid& grid) {
+        double most = 0;
+        for (auto v = grid.cbeginValueOn(); v; ++v) most = std::max(most, static_cast<double>(v->length()));
+        return most;
+    };
+    const double atTip = 0.1 * kTurn * 24 * kHalf[0];
+    for (const bool sameFaces : {true, false})
+        for (const std::string body :
+             {"mesh2ls voxel=0.05", "move translate=0.1,0,0\nmesh2ls voxel=0.05",
+              "mesh2ls voxel=0.05\nmove translate=0.1,0,0", "mesh2ls voxel=0.05\nsphere radius=0.1\nunion"}) {
+            const Grids whole = gridsOf("1-4", sameFaces, body);
+            for (const auto& [frame, grid] : whole) {
+                const Grids alone = gridsOf(fmt::format("{0}-{0}", frame), sameFaces, body);
+                CAPTURE(sameFaces, body, frame);
+                REQUIRE(alone.size() == 1);
+                const openvdb::Vec3SGrid& other = *alone.at(frame);
+                REQUIRE(grid->activeVoxelCount() == other.activeVoxelCount());
+                size_t different = 0;
+                for (auto v = grid->cbeginValueOn(); v; ++v)
+                    different += other.tree().getValue(v.getCoord()) != *v ? 1 : 0;
+                CHECK(different == 0);
+                CHECK(speedOf(*grid) > 0.5 * atTip);
+            }
+        }
+}
+
 TEST_CASE("moving mesh: layers of different widths and emission share the level sets between two frames", "[app]") {
     size_t made = 0;
     Console console(Listener{.info = [&](std::string_view line) {

@@ -40,7 +40,11 @@ const Value& Context::value(std::string_view input, size_t index) const {
     const Link& wanted = link(input, index);
     for (const auto& [known, value] : mHeld)
         if (known == wanted) return value;
-    return mHeld.emplace_back(wanted, mEvaluator.value(wanted, mMoment)).second;
+    const Action& action = graph().nodes[mNode].action();
+    const auto as = action.evaluation != Evaluation::anyTime ? Evaluator::As::inFrame
+                    : action.makesKind(Kind::levelSet)       ? Evaluator::As::samples
+                                                             : Evaluator::As::body;
+    return mHeld.emplace_back(wanted, mEvaluator.value(wanted, mMoment, as)).second;
 }
 
 Kind Context::kind(std::string_view input) const { return kindOf(value(input)); }

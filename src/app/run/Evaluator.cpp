@@ -97,15 +97,15 @@ void Evaluator::analyse() {
 
 // --- values
 
-Value Evaluator::value(const Link& link, const Moment& moment) {
+Value Evaluator::value(const Link& link, const Moment& moment, As as) {
     if (link.from == Link::From::given) return mSession.mGiven.at(link.index).value;
     if (link.from == Link::From::state) return mStates[link.index].points;
     const bool wholeFrames = mGraph.nodes[link.index].action().evaluation != Evaluation::anyTime;
-    if (!isNow(moment) && wholeFrames) return betweenFrames(link, moment);
+    if (!isNow(moment) && wholeFrames) return betweenFrames(link, moment, as);
     const ResultPointer result = resultAt(link.index, moment);
     if (!result || link.output >= result->outputs.size())
         throw ValueError(fmt::format("'{}' has not been made", app::nameOf(mGraph, link)));
-    return asBody(link, result->outputs[link.output]);
+    return asBody(link, result->outputs[link.output], mClock);
 }
 
 bool Evaluator::steady(const Link& link) const {
@@ -166,21 +166,23 @@ FrameClock Evaluator::clockOf(const Link& link, const Moment& moment) {
 /// interpolated. A level set is interpolated between the two frames; if it is made from such a mesh, it follows the
 /// mesh. Other grids come with those of the earlier frame, so that actions can blend what they make of them. Other
 /// objects are those of the frame.
-Value Evaluator::betweenFrames(const Link& link, const Moment& moment) {
+Value Evaluator::betweenFrames(const Link& link, const Moment& moment, As as) {
     const bool moves = mClock && !mAdvances[link.index] && !steady(link);
     if (!moves) return resultAt(link.index, mNow)->outputs.at(link.output);
-    const FrameClock clock = clockOf(link, moment);
+    const bool inFrame = as == As::inFrame;
+    const FrameClock clock = inFrame ? mPlan->clock(static_cast<int>(moment.frame)) : clockOf(link, moment);
     const auto outputOf = [&](const FrameClock& at) -> Value {
         const auto& outputs = resultInFrame(link.index, at)->outputs;
         return link.output < outputs.size() ? outputs[link.output] : Value{};
     };
     const double part = clock.duration > 0 ? std::clamp((moment.time - clock.begin) / clock.duration, 0.0, 1.0) : 1.0;
-    if (const auto body = bodyAt(link, clock, part)) {
+    if (const auto body = as == As::body ? bodyAt(link, clock, part) : std::nullopt) {
         GridValue grid = *body->first;
         grid.body = body;
         return grid;
     }
     Value there = outputOf(clock);
+    if (inFrame) return asBody(link, std::move(there), clock);
     if (std::holds_alternative<MeshPointer>(there))
         if (const auto keys = meshKeys(link, clock)) return std::make_shared<const Mesh>(meshBetween(*keys, part));
     auto* grid = std::get_if<GridValue>(&there);

@@ -73,12 +73,18 @@ class Evaluator {
     void sayShares() const;
 
     // --- values, for Context
+    /// How a level set of a rigid mesh is wanted at a moment other than that of the current frame.
+    enum class As {
+        body,    ///< That of the first frame, with the pose at the moment. Quick, but only for those who look at it.
+        samples, ///< Sampled, as it is between two frames.
+        inFrame, ///< Sampled. The moment is that of a frame, as for all that is only evaluated in frames.
+    };
     /// Returns the value of a link at a moment.
-    Value value(const Link& link, const Moment& moment);
+    Value value(const Link& link, const Moment& moment, As as = As::body);
     ResultPointer resultAt(size_t node, const Moment& moment);
     ResultPointer resultInFrame(size_t node, const FrameClock& clock);
     FrameClock clockOf(const Link& link, const Moment& moment);
-    Value betweenFrames(const Link& link, const Moment& moment);
+    Value betweenFrames(const Link& link, const Moment& moment, As as);
     // Meshes whose faces correspond from frame to frame (EvaluatorMeshes.cpp).
     FrameClock frameBefore(const FrameClock& clock) const { return mPlan->clock(clock.frame - mPlan->by); }
     std::optional<Link> meshOf(const Link& levelSet) const;
@@ -87,7 +93,7 @@ class Evaluator {
     void followMesh(const Link& levelSet, const FrameClock& clock, const GridValue& from, const GridValue& to);
     const RigidFit* fitIn(const Link& mesh, const FrameClock& clock);
     std::optional<RigidBody> bodyAt(const Link& levelSet, const FrameClock& clock, double part);
-    Value asBody(const Link& link, Value value);
+    Value asBody(const Link& link, Value value, const std::optional<FrameClock>& clock);
     GridValue withWayAhead(const Link& link, const Link& mesh, const GridValue& grid);
     GridValue withWay(const Link& link, const GridValue& grid, const Moment& moment);
     bool isNow(const Moment& moment) const { return moment.time == mNow.time && moment.frame == mNow.frame; }

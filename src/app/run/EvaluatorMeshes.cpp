@@ -15,7 +15,7 @@ std::optional<Link> Evaluator::meshOf(const Link& levelSet) const {
     if (levelSet.from != Link::From::node || mAdvances[levelSet.index]) return {};
     const Node& node = mGraph.nodes[levelSet.index];
     const Action& action = node.action();
-    if (node.arguments.changes() || !action.makesKind(Kind::levelSet)) return {};
+    if (node.arguments.changes() || node.outputs[levelSet.output].kind != Kind::levelSet) return {};
     std::optional<Link> mesh;
     for (size_t k = 0; k < node.inputs.size(); ++k)
         for (const Link& link : node.inputs[k]) {
@@ -176,10 +176,10 @@ bool dependsOnOtherFrames(const NodeResult& result) {
     return std::any_of(result.outputs.begin(), result.outputs.end(), known);
 }
 
-/// Returns the level set of this frame, with its rigid body if it has one.
-Value Evaluator::asBody(const Link& link, Value value) {
+/// Returns the level set of a frame, with its rigid body if it has one.
+Value Evaluator::asBody(const Link& link, Value value, const std::optional<FrameClock>& clock) {
     auto* grid = std::get_if<GridValue>(&value);
-    if (grid && mClock && grid->mesh && link.from == Link::From::node) grid->body = bodyAt(link, *mClock, 1);
+    if (grid && clock && grid->mesh && link.from == Link::From::node) grid->body = bodyAt(link, *clock, 1);
     return value;
 }
 
