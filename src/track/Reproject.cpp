@@ -38,6 +38,25 @@ struct Pending {
     }
 };
 
+/// Packs the jets of the points for which done(i) does not hold.
+template <int N, class Done>
+void packJets(JetBatchN<double, N, 1>& jets, int size, const Done& done) {
+    size_t to = 0;
+    for (size_t i = 0; i < static_cast<size_t>(size); ++i) {
+        if (done(i)) continue;
+        for (auto& values : jets.c) values[to] = values[i];
+        ++to;
+    }
+}
+
+/// Takes a Newton step for potential `p` that leaves those from `firstKept` to p - 1 as they are.
+template <int N>
+void correctOne(const typename FlowN<N>::template Jets<double>& jets, size_t p, size_t firstKept,
+                const std::array<double, kBatch>& residual, Pending<N>& pending) {
+    runKernel<NewtonKernel<N>, double>(jets, std::as_const(p), std::as_const(firstKept), residual,
+                                       std::as_const(pending.limit), pending.points);
+}
+
 } // namespace
 
 void ReprojectionOptions::validate(bool hasTracks) const {
@@ -104,8 +123,7 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
         }
         if (left + blindly == 0) return;
         if (options.method == Reprojection::newton)
-            runKernel<NewtonKernel<N>, double>(std::as_const(potentials[0]), std::as_const(residuals.value[0]),
-                                               std::as_const(pending.limit), pending.points);
+            correctOne<N>(potentials, 0, 0, residuals.value[0], pending);
         else
             runKernel<GaussNewtonKernel<N>, double>(std::as_const(potentials), std::as_const(residuals.value),
                                                     std::as_const(pending.limit), options, pending.points);
@@ -113,14 +131,18 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
             if (blind(static_cast<size_t>(i)))
                 points.set(static_cast<int>(pending.lane[static_cast<size_t>(i)]), pending.points[i]);
         if (left == 0) return;
-        if (left < pending.points.size) pending.keep([&](size_t i) { return !done(i); });
-        // Newton corrects one potential after the other, each from where the previous one has moved the point.
+        if (left < pending.points.size) {
+            if (options.method == Reprojection::newton) packJets(potentials[0], pending.points.size, done);
+            pending.keep([&](size_t i) { return !done(i); });
+        }
+        // Newton corrects one potential after the other, each from where the previous one has moved the point. The
+        // first pass is ICN Eq. 12. Repeated, that would converge only linearly, by the squared cosine of the angle
+        // between the gradients, so later passes keep what they have corrected.
         for (size_t p = 1; p < track.size() && options.method == Reprojection::newton; ++p) {
             flow.potentials()[p].eval(pending.points, potentials[p]);
             for (size_t i = 0; i < static_cast<size_t>(pending.points.size); ++i)
                 residuals.value[p][i] = potentials[p].c[0][i] - pending.track[p][i];
-            runKernel<NewtonKernel<N>, double>(std::as_const(potentials[p]), std::as_const(residuals.value[p]),
-                                               std::as_const(pending.limit), pending.points);
+            correctOne<N>(potentials, p, iteration == 0 ? p : 0, residuals.value[p], pending);
         }
     }
 }

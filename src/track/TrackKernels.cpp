@@ -18,8 +18,8 @@ using Numbers = std::array<double, kBatch>;
     template void runOnLanes<CURLEW_SIMD, GaussNewtonKernel<N>, double>(const FlowN<N>::Jets<double>&,                 \
                                                                         const TrackBatchN<N>&, const Numbers&,         \
                                                                         const ReprojectOptionsN<N>&, PointBatchN<N>&); \
-    template void runOnLanes<CURLEW_SIMD, NewtonKernel<N>, double>(const JetBatchN<double, N, 1>&, const Numbers&,     \
-                                                                   const Numbers&, PointBatchN<N>&);
+    template void runOnLanes<CURLEW_SIMD, NewtonKernel<N>, double>(                                                    \
+        const FlowN<N>::Jets<double>&, const size_t&, const size_t&, const Numbers&, const Numbers&, PointBatchN<N>&);
 CURLEW_FOR_FLOW_DIMENSIONS(CURLEW_INSTANTIATE)
 #undef CURLEW_INSTANTIATE
 

@@ -78,19 +78,22 @@ struct GaussNewtonKernel {
     }
 };
 
-/// Takes a Newton step for one potential: along its gradient to the iso-surface, to first order. Does not move the
-/// point where the gradient vanishes.
+/// Takes a Newton step for potential `p`: by the smallest move to its iso-surface, to first order, that leaves the
+/// potentials from `firstKept` to p - 1 as they are. Does not move the point where there is none.
 template <int N>
 struct NewtonKernel {
-    template <class T>
-    static void run(const JetBatchN<double, N, 1>& jets, const std::array<double, kBatch>& residual,
-                    const std::array<double, kBatch>& limit, PointBatchN<N>& points) {
+    template <class T, class Jets>
+    static void run(const Jets& jets, const size_t& p, const size_t& firstKept,
+                    const std::array<double, kBatch>& residual, const std::array<double, kBatch>& limit,
+                    PointBatchN<N>& points) {
+        constexpr double kParallel = 1e-6; // squared sine of an angle
         for (int i = 0; i < points.size; i += kLanes<T>) {
             const auto n = static_cast<size_t>(i);
-            const Vec<T, N> gradient = jets.template lanes<T>(i).gradient;
-            const T squared = dot(gradient, gradient), r = load<T>(&residual[n]);
-            const T along = select(squared > T(0), -r / squared, T(0));
-            points.set(i, movedWithin(load<T>(&limit[n]), points.template lanes<T>(i), gradient * along));
+            std::array<Vec<T, N>, size_t{N - 1}> J{}; // no move depends on a row of zeros
+            std::array<T, size_t{N - 1}> r{};
+            for (size_t k = firstKept; k <= p; ++k) J[k] = jets[k].template lanes<T>(i).gradient;
+            r[p] = -load<T>(&residual[n]);
+            points.set(i, movedWithin(load<T>(&limit[n]), points.template lanes<T>(i), minimumNorm(J, r, kParallel)));
         }
     }
 };

@@ -10,7 +10,8 @@ namespace curlew {
 
 enum class Reprojection {
     none,        ///< No reprojection: the integrator's errors remain.
-    newton,      ///< One potential after the other (ICN Eq. 12).
+    newton,      ///< One potential after the other (ICN Eq. 12); from the second pass on, each is corrected by the
+                 ///< smallest move that leaves those before it as they are.
     gaussNewton, ///< All potentials at once, by the smallest correction (ICN Eq. 10 and 11).
 };
 /// In the order of the enumerators.

@@ -33,7 +33,7 @@ inline Binding<ReprojectionOptions> reprojectionBinding(const ReprojectionOption
         .add(
             options::choice("reproject", kReprojectionNames,
                             help + "; newton corrects one potential after the other (ICN Eq. 12), which takes up to "
-                                   "eight times as long as gauss-newton"),
+                                   "twice as long as gauss-newton"),
             [](auto& o) -> auto& { return o.method; })
         .include(
             solverBinding(defaults, waits, {"reproject=gauss-newton", "reproject=newton"}),
