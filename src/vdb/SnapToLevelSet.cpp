@@ -48,9 +48,9 @@ Vec3d nearer(const Jet2& jet, const Vec3d& here, const Vec3d& point, double voxe
     return surface + (stepLength > longest ? step * (longest / stepLength) : step);
 }
 
-/// Moves each particle to the nearest of the points that OpenVDB's volumeToMesh puts on the surface, one in each cell
-/// that the surface crosses.
-void moveToSurface(const LevelSet& levelSet, Points& particles, const Monitor& monitor) {
+/// Returns, for each particle, the nearest of the points that OpenVDB's volumeToMesh puts on the surface, one in each
+/// cell that the surface crosses.
+std::vector<Vec3d> nearestOfMesh(const LevelSet& levelSet, const Points& particles, const Monitor& monitor) {
     std::vector<Vec3d> surface;
     for (const openvdb::Vec3s& p : levelSetToMesh(levelSet).points)
         surface.push_back({{double(p[0]), double(p[1]), double(p[2])}});
@@ -59,7 +59,8 @@ void moveToSurface(const LevelSet& levelSet, Points& particles, const Monitor& m
     std::vector<Vec3d> positions;
     for (size_t k = 0; k < particles.size(); ++k) positions.push_back(particles.position(k));
     const std::vector<uint32_t> nearest = neighbours.nearest(positions, quiet);
-    for (size_t k = 0; k < nearest.size(); ++k) particles.setPosition(k, surface[nearest[k]]);
+    for (size_t k = 0; k < nearest.size(); ++k) positions[k] = surface[nearest[k]];
+    return positions;
 }
 
 std::vector<double> distancesOf(const ScalarField& distance, const Points& particles) {
@@ -70,6 +71,25 @@ std::vector<double> distancesOf(const ScalarField& distance, const Points& parti
         for (int i = 0; i < points.size; ++i) distances[begin + static_cast<size_t>(i)] = std::abs(jets[i].value);
     });
     return distances;
+}
+
+/// Snaps the particles that are not on the surface yet once more, from these positions beside it: the steps along the
+/// surface may have led them over a crease.
+void startAgain(const ScalarField& distance, const std::vector<Vec3d>& beside, double voxel, double tolerance,
+                Points& particles, std::vector<double>& left, const Monitor& monitor) {
+    std::vector<size_t> which;
+    for (size_t k = 0; k < left.size(); ++k)
+        if (!(left[k] <= tolerance)) which.push_back(k);
+    if (which.empty()) return;
+    std::vector<Vec3d> starts;
+    for (const size_t k : which) starts.push_back(beside[k]);
+    Points again = Points::at(starts);
+    snap(distance, 0, again, voxel, tolerance, monitor.quiet());
+    const std::vector<double> leftNow = distancesOf(distance, again);
+    for (size_t n = 0; n < which.size(); ++n) {
+        particles.setPosition(which[n], again.position(n));
+        left[which[n]] = leftNow[n];
+    }
 }
 
 } // namespace
@@ -84,7 +104,8 @@ SnapResult snapToLevelSet(const LevelSet& levelSet, Points& particles, double re
                   fmt::format("the nearest surface of {} points", particles.size()), "use fewer points");
     const Sdf sdf = sdfOf(levelSet);
     Points there = particles;
-    moveToSurface(levelSet, there, monitor);
+    const std::vector<Vec3d> beside = nearestOfMesh(levelSet, particles, monitor);
+    for (size_t k = 0; k < beside.size(); ++k) there.setPosition(k, beside[k]);
     forEachBatch(
         there,
         [&](const PointBatch& start, size_t begin) {
@@ -108,7 +129,8 @@ SnapResult snapToLevelSet(const LevelSet& levelSet, Points& particles, double re
         },
         monitor);
     snap(sdf.distance, 0, there, voxel, tolerance, monitor);
-    const std::vector<double> left = distancesOf(sdf.distance, there);
+    std::vector<double> left = distancesOf(sdf.distance, there);
+    startAgain(sdf.distance, beside, voxel, tolerance, there, left, monitor);
     SnapResult result{.points = particles.size()};
     for (size_t k = 0; k < particles.size(); ++k) {
         const Vec3d from = particles.position(k), to = there.position(k);

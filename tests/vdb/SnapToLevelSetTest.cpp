@@ -2,11 +2,13 @@
 #include "curlew/track/Scatter.h"
 #include "curlew/vdb/SnapToLevelSet.h"
 #include "support/Catch.h"
+#include "support/Meshes.h"
 #include "support/Points.h"
 
 #include <openvdb/tools/LevelSetSphere.h>
 
 using namespace curlew;
+using curlew::test::spot;
 
 namespace {
 
@@ -40,6 +42,15 @@ TEST_CASE("snapToLevelSet: reaches the nearest surface point from any distance",
         moved += length(to - from);
     }
     CHECK(result.moved == Approx(moved / 3000).epsilon(1e-9));
+}
+
+TEST_CASE("snapToLevelSet: reaches the surface over creases", "[vdb]") {
+    const LevelSet levelSet = meshToLevelSet(std::make_shared<const Mesh>(spot()), {.dim = 96});
+    const ScalarField distance = sdfOf(levelSet).distance;
+    Points points = scatter({.box = Box{}.padded(1), .wall = {}}, 10000, 1); // three of them went astray
+    const SnapResult result = snapToLevelSet(levelSet, points, 100, 1e-9);
+    CHECK(result.missed == 0);
+    for (size_t k = 0; k < points.size(); ++k) REQUIRE(std::abs(distance.at<0>(points.position(k)).value) <= 1e-9);
 }
 
 TEST_CASE("snapToLevelSet: points beyond the reach stay in place", "[vdb]") {

@@ -98,8 +98,11 @@ void snapAction(Context& c, const Arguments& a) {
     PointSet set = c.takePoints("points");
     const SnapResult result =
         a.given("iso") ? snapToValue(c, a, set.particles, box) : snapToSurface(c, a, set.particles);
-    c.info(fmt::format("snap: {} points, moved by {:.4g} on average; {} are too far away", result.points, result.moved,
-                       result.missed));
+    c.info(fmt::format("snap: {} points, moved by {:.4g} on average{}", result.points, result.moved,
+                       result.missed > 0 ? fmt::format("; {} stay in place, since they are too far away or do not come "
+                                                       "to lie on the surface",
+                                                       result.missed)
+                                         : ""));
     c.report("snap") = {{"points", result.points}, {"moved", result.moved}, {"missed", result.missed}};
     c.give(std::make_shared<PointSet>(std::move(set)));
 }
