@@ -2,6 +2,7 @@
 #include "curlew/vdb/NanoFile.h"
 
 #include "DenseBox.h"
+#include "HalfFloats.h"
 #include "curlew/base/AtomicFile.h"
 #include "curlew/base/InputFile.h"
 #include "curlew/vdb/Openvdb.h"
@@ -235,8 +236,10 @@ void writeNano(const fs::path& path, const std::vector<GridBase::ConstPtr>& grid
     if (grids.empty()) throw ValueError(fmt::format("there is no grid to write to '{}'", path.string()));
     std::vector<Handle> handles;
     handles.reserve(grids.size());
-    for (const GridBase::ConstPtr& grid : grids)
-        handles.push_back(nanoOf(*grid, options.half || grid->saveFloatAsHalf()));
+    for (const GridBase::ConstPtr& grid : grids) {
+        const bool scalar = grid->isType<openvdb::FloatGrid>(); // vectors stay floats
+        handles.push_back(nanoOf(*grid, scalar && writesHalf(*grid, options.half)));
+    }
     writeAtomically(
         path, [&](std::ostream& out) { nanovdb::io::writeGrids(out, handles, codecOf(options.codec)); }, cancelled);
 }

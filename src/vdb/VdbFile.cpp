@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/vdb/VdbFile.h"
 
+#include "HalfFloats.h"
 #include "VdbValidation.h"
 #include "WatchedBuffer.h"
 #include "curlew/base/AtomicFile.h"
@@ -211,8 +212,8 @@ bool hasReals(const openvdb::GridBase& grid) {
 openvdb::GridBase::ConstPtr asWritten(const openvdb::GridBase& grid, const VdbWriteOptions& options) {
     openvdb::MetaMap metadata(static_cast<const openvdb::MetaMap&>(grid));
     removeHoudiniCreator(metadata);
-    if (options.half && hasReals(grid))
-        metadata.insertMeta(openvdb::GridBase::META_SAVE_HALF_FLOAT, openvdb::BoolMetadata(true));
+    if (const bool half = writesHalf(grid, options.half && hasReals(grid)); half != grid.saveFloatAsHalf())
+        metadata.insertMeta(openvdb::GridBase::META_SAVE_HALF_FLOAT, openvdb::BoolMetadata(half));
     return grid.copyGridReplacingMetadata(metadata);
 }
 

@@ -116,6 +116,8 @@ TEST_CASE("write: a usda collects the frames of points and refers to those of a 
     for (const char* sample : {"1: @./smoke.0001.vdb@", "3: @./smoke.0003.vdb@", "endTimeCode = 3"})
         CHECK_THAT(smoke, ContainsSubstring(sample));
     folder.mustFail(kFlow + "-velocity dim=8 -write other.usda", {"refers to a .vdb"});
+    CHECK_THAT(folder.mustRun(kFlow + "-scatter count=5 -velocity dim=8 -write grid=0 geo=0 both.vdb both.usda").err,
+               ContainsSubstring("warning: 'both.usda' has no points"));
     folder.mustFail(kFlow + "-scatter count=3 -frames 1-3 part=1/3 -trace maxLength=0.1 -write other.usda",
                     {"without part="});
 }

@@ -2,6 +2,7 @@
 // Longer than 400 lines: every kind of grid, written and read back, and its damaged files.
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/vdb/NanoFile.h"
 #include "curlew/vdb/Openvdb.h"
 #include "curlew/vdb/PointFile.h"
 #include "curlew/vdb/VdbFile.h"
@@ -186,6 +187,30 @@ TEST_CASE("VdbFile: half precision is an option of the file and not of the grid"
     const float value = 19.0f / 7;
     CHECK(vel->tree().getValue({19, 8, 152}).x() != value);
     CHECK(vel->tree().getValue({19, 8, 152}).x() == Approx(value).epsilon(0x1p-11)); // a half has 11 significant bits
+}
+
+TEST_CASE("VdbFile: values that half floats cannot hold are refused", "[vdb]") {
+    const Folder folder;
+    auto density = openvdb::FloatGrid::create();
+    auto vel = openvdb::Vec3SGrid::create();
+    vel->setName("vel");
+    density->tree().setValue({1, 2, 3}, 65504);
+    vel->tree().setValue({1, 2, 3}, {1, -65504, 2});
+    writeVdb(folder / "a.vdb", {density, vel}, {}, {.half = true});
+    writeNano(folder / "a.nvdb", {density, vel}, {.half = true});
+    vel->tree().setValue({1, 2, 4}, {1, -65600, 2});
+    const auto refused = Catch::ContainsSubstring(
+        "the grid 'vel' has values up to 6.56e+04, but 16-bit floats end at 65504; leave out half=1");
+    CHECK_THROWS_WITH(writeVdb(folder / "b.vdb", {density, vel}, {}, {.half = true}), refused);
+    writeNano(folder / "b.nvdb", {density, vel}, {.half = true}); // which keeps vectors as floats
+    CHECK_FALSE(fs::exists(folder / "b.vdb"));
+    vel->setSaveFloatAsHalf(true); // as in the file that it was read from: floats are written
+    writeVdb(folder / "b.vdb", {density, vel});
+    const auto read = openvdb::gridPtrCast<openvdb::Vec3SGrid>(readVdb(folder / "b.vdb").at(1));
+    CHECK(read->tree().getValue({1, 2, 4}).y() == -65600);
+    CHECK_FALSE(read->saveFloatAsHalf());
+    density->tree().setValue({1, 2, 4}, -7e4F);
+    CHECK_THROWS_AS(writeNano(folder / "c.nvdb", {density}, {.half = true}), ValueError);
 }
 
 TEST_CASE("VdbFile: with one codec for all grids the bytes equal those of OpenVDB", "[vdb]") {

@@ -25,7 +25,7 @@ enum class Codec {
 };
 
 struct VdbWriteOptions {
-    /// Writes every grid of real numbers or vectors as 16-bit floats (values beyond ±65504 become infinite). If false,
+    /// Writes every grid of real numbers or vectors as 16-bit floats (ValueError if one is beyond ±65504). If false,
     /// each grid's saveFloatAsHalf() decides.
     bool half = false;
     Codec codec = Codec::automatic;

@@ -136,7 +136,14 @@ std::vector<UsdAsset> assetsOf(const Context& c, const Arguments& a, const std::
 void writeUsdVolume(const Context& c, const Arguments& a, const std::string& file) {
     std::vector<openvdb::GridBase::ConstPtr> grids;
     for (openvdb::GridBase::ConstPtr& grid : gridsForFile(c, a)) {
-        if (grid->isType<openvdb::points::PointDataGrid>()) continue; // not a field of a volume
+        if (grid->isType<openvdb::points::PointDataGrid>()) { // not a field of a volume
+            if (!c.clock() || c.clock()->duration == 0)
+                c.warn(
+                    fmt::format("'{}' has no points or curves, since it refers to the grids in the .vdb; write them "
+                                "to a .usda of their own",
+                                file));
+            continue;
+        }
         openvdb::MetaMap metadata(static_cast<const openvdb::MetaMap&>(*grid));
         if (a.flag("half")) metadata.insertMeta(openvdb::GridBase::META_SAVE_HALF_FLOAT, openvdb::BoolMetadata(true));
         grids.push_back(grid->copyGridReplacingMetadata(metadata));
