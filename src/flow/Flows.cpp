@@ -117,6 +117,16 @@ Flow updraftFlow(double speed, double height, const Domain& domain) {
     return Flow({{component(2, 1), rampField(axis(0))}, {component(0, -1), rampField(axis(2))}}, domain);
 }
 
+Flow placed(const Flow& flow, const Placement& placement) {
+    if (flow.terms().empty() || flow.domain().wall || flow.uniformSpeed() > 0 || flow.preservesArea())
+        throw ValueError("only a flow that is made of potentials, and has no wall, can be placed");
+    if (placement.scale != Placement{}.scale) throw ValueError("a flow cannot be scaled by its placement");
+    std::vector<Flow::Potentials> terms;
+    for (const Flow::Potentials& term : flow.terms())
+        terms.push_back({placed(term[0], placement), placed(term[1], placement)});
+    return Flow(std::move(terms), flow.domain());
+}
+
 template <int N>
 FlowN<N> gradientFlow(const ScalarFieldN<N>& field, const DomainN<N>& domain) {
     return [&]<size_t... K>(std::index_sequence<K...>) {

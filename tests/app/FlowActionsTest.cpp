@@ -211,6 +211,24 @@ TEST_CASE("surface action: a flow on a level set fades out within extent= withou
           1.2); // the third derivatives of the spline jump at voxel boundaries
 }
 
+TEST_CASE("surface action: speed= is the speed on a level set, whatever the extent", "[app][command]") {
+    const Folder folder;
+    for (const char* extent : {"", "extent=0.3 "}) {
+        folder.mustRun(fmt::format(
+            "-sphere radius=0.5 -mesh box=-1,-1,-1,1,1,1 -mesh2ls dim=48 as=body -noise frequency=3 -surface speed=2 {}"
+            "as=air -scatter on=surface domain=body count=2000 -advect flow=air duration=1e-6 steps=1 -write v.csv",
+            extent));
+        const Table table = tableOf(folder / "v.csv");
+        const auto names = app::split(table.header, ',');
+        double squares = 0;
+        for (const auto& row : table.rows)
+            for (size_t k = 0; k < names.size(); ++k)
+                if (names[k] == "vx" || names[k] == "vy" || names[k] == "vz") squares += row[k] * row[k];
+        CAPTURE(extent, table.header);
+        CHECK(std::sqrt(squares / static_cast<double>(table.rows.size())) == Approx(2).epsilon(0.05));
+    }
+}
+
 TEST_CASE("carry action: transports a noise along a flow", "[app][command]") {
     const Folder folder;
     const auto large = [](uint64_t seed) { return noiseField<SineNoise<3>>({.seed = seed}); };

@@ -23,7 +23,8 @@ TEST_CASE("flow action: a velocity grid as it is, and with potentials", "[app][c
     const Folder folder;
     writeVelocity(folder);
     const auto plain = folder.mustRun("-read vel.vdb -flow -check samples=10000 report=plain.json");
-    CHECK_THAT(plain.err, Catch::Matchers::ContainsSubstring("linear interpolation of a staggered velocity grid"));
+    CHECK_THAT(plain.err,
+               Catch::Matchers::ContainsSubstring("linear interpolation of the staggered velocity grid 'vel'"));
     const auto sampled = jsonOf(folder / "plain.json");
     CHECK(sampled["divergence_free"] == false);
     CHECK(sampled["divergence_by_differences"].get<double>() > 0.01);
@@ -80,6 +81,36 @@ TEST_CASE("flow action: three grids in any order are sorted by the last letters 
     const auto run = folder.mustRun("-read mixed.vdb -flow -velocity dim=8 -write mixed_out.vdb");
     CHECK_THAT(run.err, Catch::Matchers::ContainsSubstring("'smoke', 'heat' and 'fuel'"));
     CHECK(velocityOf("mixed_out.vdb") != velocityOf("ordered.vdb"));
+}
+
+TEST_CASE("flow action: takes the velocity from among other grids of a file", "[app][command]") {
+    const Folder folder;
+    folder.mustRun(
+        "-noise -noise seed=1 -dfvn box=-1,-1,-1,1,1,1 -velocity dim=16 density=1 -write whole.vdb -write "
+        "split=1 parts.vdb");
+    const auto density = readVdb(folder / "whole.vdb"), parts = readVdb(folder / "parts.vdb");
+    const auto named = [&](const openvdb::GridBase::Ptr& grid, const char* name) {
+        auto copy = grid->deepCopyGrid();
+        copy->setName(name);
+        return copy;
+    };
+    const auto velocityOf = [&](const openvdb::GridCPtrVec& grids, const std::string& before = "") {
+        openvdb::io::File((folder / "mixed.vdb").string()).write(grids);
+        folder.mustRun(before + "-read mixed.vdb -flow -velocity dim=8 -write out.vdb");
+        return openvdb::gridPtrCast<openvdb::Vec3SGrid>(readVdb(folder / "out.vdb").at(0))->tree().getValue({1, 2, 3});
+    };
+    const auto smoke = [&](const char* name) { return named(parts[1], name); };
+    const auto whole = [&] {
+        for (const auto& grid : density)
+            if (grid->isType<openvdb::Vec3SGrid>()) return grid;
+        throw std::logic_error("no vectors");
+    }();
+    const openvdb::Vec3s expected = velocityOf({named(whole, "vel")});
+    REQUIRE(expected.length() > 0);
+    CHECK(velocityOf({smoke("density"), named(whole, "vel"), smoke("temperature"), smoke("fuel")}) == expected);
+    CHECK(velocityOf({smoke("density"), named(parts[0], "vel.x"), named(parts[1], "vel.y"), named(parts[2], "vel.z"),
+                      smoke("heat")}) == expected);
+    CHECK(velocityOf({named(whole, "vel")}, "-read parts.vdb ") == expected); // the newest velocity
 }
 
 TEST_CASE("flow action: uniform velocities have potentials in grids of any size", "[app][command]") {

@@ -81,6 +81,26 @@ TEST_CASE("lengths: a percentage is relative to the object that the action takes
     folder.mustFail("-sphere -noise -bound layer=5%% -check", {"-bound", "layer=5%%", "5%"});
 }
 
+TEST_CASE("bound action: a shape that is the wall is not taken as a potential", "[app][command]") {
+    const Folder folder;
+    const auto velocityOf = [&](const std::string& actions) {
+        return probed<3>(folder, actions + " -dfvn speed=1", randomPoints(cube<3>(0.5), 20, 1));
+    };
+    const std::string first = "-sphere " + kTwo + "-bound";
+    const auto expected = velocityOf(first);
+    CHECK(velocityOf(kTwo + "-sphere -bound") == expected);
+    CHECK(velocityOf("-noise frequency=2 seed=1 -sphere -noise frequency=2 seed=2 -bound") == expected);
+    folder.mustFail(kTwo + "-sphere -bound keep=1 -dfvn", {"the same noise"}); // not f=sphere
+    // If nothing else is left, it is taken, in its place: a flow on the offset surfaces of the ball.
+    CHECK(velocityOf("-sphere -noise frequency=2 seed=2 -bound") != expected);
+    CHECK(velocityOf("-noise seed=9 -sphere radius=2 " + kTwo + "-bound -dfvn") ==
+          velocityOf("-noise seed=9 -sphere radius=2"));
+    CHECK_THAT(folder.mustRun("-sphere -noise -bound -print").out, Catch::ContainsSubstring("sphere"));
+    // A shape that is no wall is a field like others.
+    CHECK(velocityOf("-noise seed=3 -sphere -noise frequency=2 seed=2") ==
+          velocityOf("-sphere -noise frequency=2 seed=2"));
+}
+
 TEST_CASE("bound action: works in 2D", "[app][command]") {
     const Folder folder;
     const WallN<2> disc{.sdf = sphereSdf<2>(1), .width = 0.15};

@@ -145,6 +145,23 @@ TEST_CASE("uniformFlow: has constant velocity and straight tracks", "[flow]") {
         CHECK_THROWS_WITH(uniformFlow(bad), Catch::ContainsSubstring("speed"));
 }
 
+TEST_CASE("placed: a flow moves and turns with its place", "[flow]") {
+    const Placement placement{.offset = {{5, -2, 1}}, .rotate = {{20, -40, 70}}};
+    const Matrix3 turn = rotationOf(placement);
+    for (const Flow& flow : {vortexFlow(0.7, 0.4), updraftFlow(2, 0.5)}) {
+        const Flow there = placed(flow, placement);
+        CHECK(there.hasTracks() == flow.hasTracks());
+        for (const Vec3d& p : randomPoints(cube(1), 50, 1)) {
+            const auto a = flow.at(p), b = there.at(turn * p + placement.offset);
+            CAPTURE(p);
+            REQUIRE(length(b.velocity - turn * a.velocity) < 1e-12);
+        }
+    }
+    CHECK_THROWS_AS(placed(vortexFlow(1, 1), {.scale = {{2, 2, 2}}}), ValueError);
+    const Domain walled{.box = cube(1), .wall = Wall{.sdf = sphereSdf(0.5), .side = Side::outside, .width = 0.1}};
+    CHECK_THROWS_AS(placed(vortexFlow(1, 1, walled), placement), ValueError);
+}
+
 TEST_CASE("vortexFlow: velocity has its closed form", "[flow]") {
     for (const auto& [turns, core] : {std::pair{1.0, 0.3}, std::pair{-0.25, 2.0}, std::pair{1e-3, 1e-3}}) {
         CAPTURE(turns, core);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "curlew/field/Transforms.h"
 #include "curlew/flow/FlowInTime.h"
 
 namespace curlew {
@@ -31,6 +32,11 @@ Flow vortexFlow(double turns, double core, const Domain& domain = {});
 /// become infinite at y = -height. A sum without tracks. Throws ValueError if `height` is not positive, or if `speed`
 /// is zero or not finite.
 Flow updraftFlow(double speed, double height, const Domain& domain = {});
+
+/// Returns the flow, rotated and translated: its velocity at R p + offset is R times that of `flow` at p. The domain
+/// stays. Throws ValueError unless the velocity is that of potentials, if the flow has a wall, or if the placement
+/// scales.
+Flow placed(const Flow& flow, const Placement& placement);
 
 /// The gradient of a field as a velocity, in world units per second. Not divergence-free: points gather at the maxima,
 /// which are sinks (Catlike Coding, "Noise Derivatives", shows this before the curl). Its velocity gradient is the

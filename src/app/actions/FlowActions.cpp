@@ -9,9 +9,12 @@
 #include "curlew/flow/Flows.h"
 #include "curlew/flow/Reshape.h"
 #include "curlew/track/FlowAtWall.h"
+#include "curlew/track/Scatter.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <optional>
 #include <utility>
 
 namespace curlew::app {
@@ -73,15 +76,16 @@ std::vector<Option> paceOptions(std::vector<Option> own = {}) {
     return own;
 }
 
-/// Outputs a flow with the speed that the options specify.
+/// Outputs a flow with the speed that the options specify. `now`: its rms speed, if that is not the one over its
+/// domain.
 template <int N>
-void giveFlow(Context& c, const Arguments& a, const FlowN<N>& flow) {
+void giveFlow(Context& c, const Arguments& a, const FlowN<N>& flow, std::optional<double> now = {}) {
     requireResolution(flow.domain());
-    const Monitor monitor = c.follow("measuring the speed");
-    // Both functions check that the flow moves.
-    const FlowN<N> paced = a.given("speed") ? withSpeed(flow, a.real("speed"), monitor) : flow;
-    const double speed = a.given("speed") ? a.real("speed") : movingSpeedOf(flow, monitor);
-    c.give(AnyFlow(a.flag("uniformSpeed") ? flow.normalized(speed) : paced));
+    if (!now) now = movingSpeedOf(flow, c.follow("measuring the speed"));
+    const double speed = a.given("speed") ? a.real("speed") : *now;
+    c.give(AnyFlow(a.flag("uniformSpeed") ? flow.normalized(speed)
+                   : speed != *now        ? scaled(flow, speed / *now)
+                                          : flow));
 }
 
 /// Returns the domain of a 3D flow.
@@ -142,6 +146,7 @@ size_t fieldsForFlow(const Scope& scope) {
 /// Declares the input for the potentials of a flow with indices from `first` (inclusive) to `last` (exclusive).
 Input potentialInput(std::string name, size_t first, size_t last, std::string help) {
     Input input = several(taken(std::move(name), {Kind::field}), first == 0 ? 1 : 0, last - first, std::move(help));
+    input.potential = true;
     input.amountWith = [first, last](const Arguments&, const Scope& scope) {
         const size_t wanted = fieldsForFlow(scope), count = std::min(wanted, last) - std::min(wanted, first);
         return Amount{count, count};
@@ -220,6 +225,22 @@ double surfaceExtent(const Context& c, const Arguments& a) {
     return box ? kPart * length(box->size()) : kOfUnbounded;
 }
 
+/// Returns the rms speed of a flow on a surface. Throws ValueError if it is 0.
+double speedOn(const Sdf& surface, const Flow& flow, const Monitor& monitor) {
+    constexpr size_t kSamples = 4096;
+    const Domain domain{.box = flow.domain().box,
+                        .wall = Wall{.sdf = surface, .side = Side::both, .width = length(flow.domain().box.size())}};
+    Points points = scatterFrom(domain, 0, kSamples, {.on = ScatterOn::surface}, monitor);
+    double squares = 0;
+    for (size_t k = 0; k < points.size(); ++k) {
+        const Vec3d v = flow.at(points.position(k)).velocity;
+        squares += dot(v, v);
+    }
+    const double speed = std::sqrt(squares / static_cast<double>(points.size()));
+    if (!(speed > 0)) throw ValueError("the flow does not move on the surface");
+    return speed;
+}
+
 /// A flow along a surface: f is the noise, g the distance of a shape or level set. The distance of a level set is only
 /// known within its narrow band, so it is clipped at `extent`. The flow then ends there, and never samples the end of
 /// the band, where the velocity would jump.
@@ -231,9 +252,11 @@ void surface(Context& c, const Arguments& a) {
         domain.box = a.box("box");
     else if (sdf.bounds.finite())
         domain.box = sdf.bounds.padded(extent);
-    const bool sampled = c.kind("surface") == Kind::levelSet;
-    giveFlow(c, a,
-             Flow(inSpace(c.field("noise").field), sampled ? clipped(sdf.distance, extent) : sdf.distance, domain));
+    const ScalarField noise = inSpace(c.field("noise").field);
+    if (c.kind("surface") != Kind::levelSet) return giveFlow(c, a, Flow(noise, sdf.distance, domain));
+    const Flow fading(noise, clipped(sdf.distance, extent), domain);
+    if (!a.given("speed") && !a.flag("uniformSpeed")) return giveFlow(c, a, fading);
+    giveFlow(c, a, fading, speedOn(sdf, fading, c.follow("measuring the speed")));
 }
 
 /// Classical curl noise. With a wall, this ramps the noises themselves, not the fields that -bound made from them.
@@ -323,13 +346,36 @@ Action simpleFlow(std::string name, std::string summary, std::vector<Option> opt
             .run = [make](Context& c, const Arguments& a) { c.give(AnyFlow(make(a, domainOf(a)))); }};
 }
 
+/// An action for a flow about the y axis that can be placed anywhere. By default, its domain is around where it is.
+Action placeableFlow(const std::string& name, const std::string& summary, std::vector<Option> options,
+                     const std::string& example, Flow (*make)(const Arguments&, const Domain&)) {
+    options.push_back(vector("translate", "0,0,0", "world units", "position of the flow's origin"));
+    options.push_back(vector("rotate", "0,0,0", "degrees", "rotation about x, then y, then z"));
+    Action action = simpleFlow(name, summary, std::move(options), example, nullptr);
+    action.options.back().help = "domain of the flow (default: one unit around translate=)";
+    action.run = [make](Context& c, const Arguments& a) {
+        const Placement placement{.offset = a.vector("translate"), .rotate = a.vector("rotate")};
+        Domain domain = domainOf(a);
+        if (!a.given("box")) domain.box = {domain.box.lower + placement.offset, domain.box.upper + placement.offset};
+        const Flow flow = make(a, domain);
+        c.give(AnyFlow(placement == Placement{} ? flow : placed(flow, placement)));
+    };
+    return action;
+}
+
 Registry potentialActions() {
+    const auto ofPotential = [](Input input) {
+        input.potential = true;
+        return input;
+    };
     const auto ofThree = [](const Arguments& a) { return !(a.real("shift") > 0); };
     return {
         {.name = "dfvn",
          .group = kFlowGroup,
          .summary = "divergence-free vector noise (DFVN): flow grad f x grad g of the newest two fields (in n "
                     "dimensions: of the newest n - 1)",
+         .details = "A shape that is the wall of another field (-bound, -blend) is left out if there are enough fields "
+                    "without it.",
          .takes = {potentialInput("f", 0, 1, ""), potentialInput("g", 1, 2, "not used in 2 dimensions"),
                    potentialInput("more", 2, 6, "a flow in n dimensions takes n - 1 fields of n dimensions")},
          .makes = {made("flow", {Kind::flow})},
@@ -351,6 +397,7 @@ Registry potentialActions() {
         {.name = "surface",
          .group = kFlowGroup,
          .summary = "flow on a surface: the newest noise on the newest shape or level set, and on its offset surfaces",
+         .details = "Around a level set, speed= is the rms speed on the surface, since the flow fades out beyond it.",
          .takes = {taken("noise", {Kind::noise}), stays("surface", {Kind::shape, Kind::levelSet})},
          .makes = {made("flow", {Kind::flow})},
          .options = paceOptions(
@@ -368,9 +415,12 @@ Registry potentialActions() {
          .group = kFlowGroup,
          .summary = "classical curl noise of the newest three noises (3D, or 2D: cheaper), without tracks; if one is "
                     "bounded, all are",
-         .takes = {several(taken("x", {Kind::field}), 1, 1, "with shift=, the only noise, used three times"),
-                   onlyIf(taken("y", {Kind::field}), "not with shift=, which uses one noise three times", ofThree),
-                   onlyIf(taken("z", {Kind::field}), "not with shift=, which uses one noise three times", ofThree)},
+         .takes = {ofPotential(
+                       several(taken("x", {Kind::field}), 1, 1, "with shift=, the only noise, used three times")),
+                   ofPotential(
+                       onlyIf(taken("y", {Kind::field}), "not with shift=, which uses one noise three times", ofThree)),
+                   ofPotential(onlyIf(taken("z", {Kind::field}), "not with shift=, which uses one noise three times",
+                                      ofThree))},
          .makes = {made("flow", {Kind::flow})},
          .options = paceOptions(
              {formerly(
@@ -425,18 +475,20 @@ Registry otherActions() {
                    {vector("velocity", "0,1,0", "world units / s", "velocity")},
                    "curlew -uniform velocity=1,0,0 -velocity -write wind.vdb",
                    [](const Arguments& a, const Domain& domain) { return uniformFlow(a.vector("velocity"), domain); }),
-        simpleFlow(
+        placeableFlow(
             "vortex", "vortex about the y axis: a rigid rotation near the axis, slower farther away",
             {real("turns", "1", "1 / s", "revolutions per second at the axis"),
              positive("core", "0.3", "world units", "distance from the axis at which the angular velocity is halved")},
-            "curlew -vortex turns=0.5 -slice axis=y -write vortex.png",
+            "curlew -vortex turns=0.5 core=2 translate=50,0,20 rotate=0,0,15 box=40,0,10,60,30,30 -velocity -write "
+            "tornado.vdb",
             [](const Arguments& a, const Domain& domain) {
                 return vortexFlow(a.real("turns"), a.real("core"), domain);
             }),
-        simpleFlow(
+        placeableFlow(
             "updraft", "rising column along y that spreads as it slows down; a sum of two terms",
             {real("speed", "1", "world units / s",
-                  "vertical speed at y = 0; above it speed / (1 + s), below it speed (1 - s + s²), where s = y / "
+                  "vertical speed at its origin; above it speed / (1 + s), below it speed (1 - s + s²), where s = "
+                  "height / "
                   "halfHeight"),
              formerly({"height"}, positive("halfHeight", "1", "world units", "height at which the speed is halved"))},
             "curlew -noise -noise seed=1 -dfvn speed=0.5 -updraft -superpose -velocity -write smoke.vdb",

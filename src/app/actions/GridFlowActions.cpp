@@ -7,7 +7,6 @@
 #include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
-#include <cctype>
 
 namespace curlew::app {
 
@@ -15,11 +14,40 @@ namespace {
 
 using namespace options;
 
-/// Declares the input: one grid of vectors, or three of scalars if the newest grid is one.
+/// Returns where the components x, y and z are among names that only differ in the last letter, x, y and z or u, v and
+/// w; nullopt if they are not there. The first name is that of one of them.
+std::optional<std::array<size_t, 3>> componentsAmong(const std::vector<std::string>& names) {
+    const std::string& some = names.front();
+    if (some.empty()) return {};
+    const std::string stem = some.substr(0, some.size() - 1);
+    for (const std::string_view letters : {"xyz", "XYZ", "uvw", "UVW"}) {
+        if (letters.find(some.back()) == std::string_view::npos) continue;
+        std::array<size_t, 3> found{};
+        for (size_t k = 0; k < 3; ++k)
+            found[k] = static_cast<size_t>(std::ranges::find(names, stem + letters[k]) - names.begin());
+        if (std::ranges::count(found, names.size()) == 0) return found;
+    }
+    return {};
+}
+
+/// Returns which grids are a velocity, of those on the stacks from the newest on: the newest grid of vectors, or three
+/// scalar grids whose names say that they are the components. Other scalar grids, such as a density, are left.
+std::vector<size_t> velocityAmong(const std::vector<Object>& grids) {
+    for (size_t k = 0; k < grids.size(); ++k) {
+        if (grids[k].kind == Kind::velocity) return {k};
+        std::vector<std::string> names;
+        for (size_t n = k; n < grids.size(); ++n) names.push_back(grids[n].kind == Kind::grid ? grids[n].name : "");
+        if (const auto found = componentsAmong(names)) return {k + (*found)[0], k + (*found)[1], k + (*found)[2]};
+    }
+    return {};
+}
+
+/// Declares the input: one grid of vectors, or three of scalars.
 Input velocityInput() {
     Input input = several(taken("grid", {Kind::grid}), 1, 3,
-                          "a grid of velocities, or the newest three scalar grids: the components x, y and z, by the "
-                          "last letters of their names (x, y, z or u, v, w), or else in this order");
+                          "the newest velocity: a grid of vectors, or three scalar grids whose names end in x, y, z or "
+                          "u, v, w; or else the newest three scalar grids: x, y and z in this order");
+    input.choose = velocityAmong;
     input.amountWith = [](const Arguments&, const Scope& scope) {
         const auto newest = scope.newest({Kind::grid});
         const bool scalar = newest && newest->kind != Kind::velocity;
@@ -28,24 +56,12 @@ Input velocityInput() {
     return input;
 }
 
-/// Sorts three grids whose names only differ in the last letter: x, y and z, or u, v and w. Others stay as they are.
+/// Sorts three grids by the letters of their components, if they have them.
 VelocityGrids inOrderOfNames(VelocityGrids grids) {
-    const auto letterOf = [](const openvdb::GridBase::ConstPtr& grid) {
-        const std::string name = grid->getName();
-        return name.empty() ? 0 : std::tolower(static_cast<unsigned char>(name.back()));
-    };
-    const auto stemOf = [](const openvdb::GridBase::ConstPtr& grid) {
-        const std::string name = grid->getName();
-        return name.substr(0, name.size() - std::min<size_t>(name.size(), 1));
-    };
-    VelocityGrids sorted = grids;
-    std::sort(sorted.begin(), sorted.end(), [&](const auto& a, const auto& b) { return letterOf(a) < letterOf(b); });
-    const int first = letterOf(sorted.front());
-    if (first != 'x' && first != 'u') return grids;
-    for (size_t k = 0; k < sorted.size(); ++k)
-        if (letterOf(sorted[k]) != first + static_cast<int>(k) || stemOf(sorted[k]) != stemOf(sorted.front()))
-            return grids;
-    return sorted;
+    std::vector<std::string> names;
+    for (const auto& grid : grids) names.push_back(grid->getName());
+    const auto found = componentsAmong(names);
+    return found ? VelocityGrids{grids[(*found)[0]], grids[(*found)[1]], grids[(*found)[2]]} : grids;
 }
 
 /// Returns the wall of the flow. Its layer is two voxels wide by default.
@@ -77,10 +93,12 @@ Flow flowOfPotentials(const Context& c, const Arguments& a, const VelocityGrids&
 Flow interpolatedFlow(const Context& c, const Arguments& a, const VelocityGrids& grids) {
     const auto sampling = a.choice<GridSampling>("interpolation");
     Flow flow = sampledFlow(grids, sampling, c.follow("flow"));
-    c.info(fmt::format(
-        "flow: {} interpolation of a {} velocity grid; not divergence-free, no tracks (exact=1 makes "
-        "potentials)",
-        kGridSamplingNames.at(static_cast<size_t>(sampling)), isStaggered(grids) ? "staggered" : "collocated"));
+    c.info(fmt::format("flow: {} interpolation of {}; not divergence-free, no tracks (exact=1 makes potentials)",
+                       kGridSamplingNames.at(static_cast<size_t>(sampling)),
+                       grids.size() == 1
+                           ? fmt::format("the {} velocity grid '{}'", isStaggered(grids) ? "staggered" : "collocated",
+                                         grids.front()->getName())
+                           : fmt::format("a {} velocity grid", isStaggered(grids) ? "staggered" : "collocated")));
     return flow;
 }
 

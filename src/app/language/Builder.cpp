@@ -97,17 +97,34 @@ std::vector<Link> Builder::atAges(const std::string& option, const std::vector<s
     return links;
 }
 
-std::vector<Link> Builder::newestOf(const Input& input, const Amount& amount, std::vector<const Entry*>& used) const {
+/// Returns the newest objects that an input accepts; without `walls`, shapes that bound a field are left out.
+std::vector<Link> Builder::newestOf(const Input& input, const Amount& amount, bool walls,
+                                    std::vector<const Entry*>& used) const {
     std::vector<Link> links;
     const auto takeOf = [&](const std::vector<Kind>& kinds) {
         for (size_t k = mEntries.size(); k-- > 0 && links.size() < amount.max;) {
             const Entry& entry = mEntries[k];
-            if (!fits(kinds, entry.object) || (input.accumulates && !entry.state)) continue;
+            if (!fits(kinds, entry.object) || (input.accumulates && !entry.state) || (entry.object.isWall && !walls))
+                continue;
             if (std::find(used.begin(), used.end(), &entry) != used.end()) continue;
             links.insert(links.begin(), entry.link);
             if (input.use == Use::taken) used.push_back(&entry);
         }
     };
+    if (input.choose && amount.max > 0) {
+        std::vector<const Entry*> fitting; // newest first
+        std::vector<Object> objects;
+        for (size_t k = mEntries.size(); k-- > 0;) {
+            if (!fits(input.kinds, mEntries[k].object) || std::ranges::count(used, &mEntries[k]) > 0) continue;
+            fitting.push_back(&mEntries[k]);
+            objects.push_back(mEntries[k].object);
+        }
+        for (const size_t age : input.choose(objects)) {
+            links.push_back(fitting[age]->link);
+            if (input.use == Use::taken) used.push_back(fitting[age]);
+        }
+        if (!links.empty()) return links;
+    }
     if (input.firstKindFirst) takeOf({input.kinds.front()});
     if (links.empty()) takeOf(input.kinds);
     if (links.size() < amount.min)
@@ -116,7 +133,18 @@ std::vector<Link> Builder::newestOf(const Input& input, const Amount& amount, st
     return links;
 }
 
-std::vector<Link> Builder::chosen(const Input& input, const Statement& statement,
+/// Returns whether there are enough fields for all potentials of an action without the shapes that bound one.
+bool Builder::enoughBesideWalls(const Statement& statement) const {
+    size_t wanted = 0;
+    for (const Input& input : statement.arguments.action().takes)
+        if (input.potential)
+            wanted += input.amountWith ? input.amountWith(statement.arguments, *this).max : input.amount.max;
+    const auto fields = std::ranges::count_if(
+        mEntries, [](const Entry& entry) { return fits({Kind::field}, entry.object) && !entry.object.isWall; });
+    return static_cast<size_t>(fields) >= wanted;
+}
+
+std::vector<Link> Builder::chosen(const Input& input, const Statement& statement, bool walls,
                                   std::vector<const Entry*>& used) const {
     const Arguments& a = statement.arguments;
     std::vector<Link> links;
@@ -145,7 +173,7 @@ std::vector<Link> Builder::chosen(const Input& input, const Statement& statement
                 used.push_back(&entry);
         return links;
     }
-    return newestOf(input, amount, used);
+    return newestOf(input, amount, walls || !input.potential, used);
 }
 
 std::vector<std::vector<Link>> Builder::inputsOf(const Statement& statement) const {
@@ -159,7 +187,8 @@ std::vector<std::vector<Link>> Builder::inputsOf(const Statement& statement) con
                 for (const Entry& entry : mEntries)
                     if (entry.link == link) used.push_back(&entry);
             }
-    for (size_t k = takes.size(); k-- > 0;) inputs[k] = chosen(takes[k], statement, used);
+    const bool walls = !enoughBesideWalls(statement);
+    for (size_t k = takes.size(); k-- > 0;) inputs[k] = chosen(takes[k], statement, walls, used);
     return inputs;
 }
 
@@ -193,6 +222,13 @@ void Builder::place(Node node, bool keep) {
     if (node.outputs.empty()) node.outputs = outputsOf(node.arguments.at(mMoment), objects, world());
     const size_t index = mGraph.nodes.size();
     const bool timeless = node.action().timeless(node.arguments);
+    const bool makesField =
+        std::ranges::any_of(node.outputs, [](const Object& made) { return accepts(Kind::field, made.kind); });
+    for (size_t k = 0; k < takes.size() && makesField; ++k)
+        for (Entry& entry : mEntries)
+            if (takes[k].use == Use::stays && entry.object.kind == Kind::shape &&
+                std::ranges::count(node.inputs[k], entry.link) > 0)
+                entry.object.isWall = true;
     std::vector<size_t> replaced; // outputs that replace their inputs on the stacks
     for (size_t k = 0; k < takes.size() && !keep; ++k)
         for (const Link& link : node.inputs[k]) {
@@ -317,7 +353,7 @@ std::vector<Link> Builder::written(const Statement& statement, const std::string
         Input newestHeld = what;
         newestHeld.kinds = able;
         std::vector<const Entry*> used;
-        links = inContextOf(file, [&] { return newestOf(newestHeld, {1, 1}, used); });
+        links = inContextOf(file, [&] { return newestOf(newestHeld, {1, 1}, true, used); });
     }
     return links;
 }

@@ -43,10 +43,13 @@ class Builder : private Scope {
     void addNode(const Statement& statement);
     void addWriter(const Statement& statement);
     std::vector<std::vector<Link>> inputsOf(const Statement& statement) const;
-    std::vector<Link> chosen(const Input& input, const Statement& statement, std::vector<const Entry*>& used) const;
+    bool enoughBesideWalls(const Statement& statement) const;
+    std::vector<Link> chosen(const Input& input, const Statement& statement, bool walls,
+                             std::vector<const Entry*>& used) const;
     std::vector<Link> atAges(const std::string& option, const std::vector<size_t>& ages,
                              const std::vector<Kind>& kinds) const;
-    std::vector<Link> newestOf(const Input& input, const Amount& amount, std::vector<const Entry*>& used) const;
+    std::vector<Link> newestOf(const Input& input, const Amount& amount, bool walls,
+                               std::vector<const Entry*>& used) const;
     std::vector<Link> written(const Statement& statement, const std::string& file) const;
     Link resolved(const std::string& name) const;
     World world() const;

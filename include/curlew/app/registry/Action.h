@@ -40,6 +40,7 @@ struct Object {
     int dimension = 3;              ///< Dimension of a field or flow.
     std::string name = {};          ///< Name of the output, or of the grid in a file.
     std::vector<Kind> perhaps = {}; ///< Other kinds that it may turn out to be: its file cannot be read yet.
+    bool isWall = false;            ///< A shape that bounds a field.
 };
 
 /// The objects that an action can take: those on the stacks, or those linked to a node of a graph.
@@ -82,6 +83,10 @@ struct Input {
     std::string age = {};        ///< The option that selects objects by age instead of the newest; "" if there is none.
     std::string help = {};       ///< Condition or count that the amount does not express.
     bool firstKindFirst = false; ///< Prefers an object of the first kind to newer objects of other kinds.
+    bool potential = false;      ///< Leaves out shapes that are walls if there are enough other fields.
+    /// Given the objects on the stacks that the input accepts, newest first, returns which of them it takes. If it
+    /// returns none, the input takes the newest objects.
+    std::function<std::vector<size_t>(const std::vector<Object>&)> choose = {};
     /// The points are carried from frame to frame. If none are given, the action starts with no points and continues
     /// with its own result from the previous frame.
     bool accumulates = false;
