@@ -14,6 +14,10 @@
 #include <span>
 #include <utility>
 
+#ifdef __FMA__
+#include <immintrin.h>
+#endif
+
 namespace curlew {
 
 namespace {
@@ -272,19 +276,64 @@ std::vector<BackwardMap::Crossing> BackwardMap::crossings(const Monitor& monitor
 
 namespace {
 
-/// Reads the indices of the nodes from `first` on along z. Returns false if one is unknown.
-bool readRow(const Coord& first, const BackwardMap::Accessor& index, std::array<int32_t, kNodes>& row) {
-    using Leaf = openvdb::Int32Tree::LeafNodeType;
-    constexpr int kWidth = static_cast<int>(Leaf::DIM);
-    for (int k = 0; k < kNodes;) {
-        const Coord at = first.offsetBy(0, 0, k);
-        const Leaf* leaf = index.probeConstLeaf(at);
-        if (!leaf) return false;
-        const int count = std::min(kWidth - (at.z() & (kWidth - 1)), kNodes - k);
-        std::copy_n(leaf->buffer().data() + Leaf::coordToOffset(at), count, row.begin() + k);
-        k += count;
+/// The indices of the 6³ nodes around a position, which are in up to eight leaves.
+class NodeBlock {
+  public:
+    /// `first` is the lowest node.
+    NodeBlock(const Coord& first, const BackwardMap::Accessor& index) : mFirst(first) {
+        for (size_t axis = 0; axis < 3; ++axis)
+            mSplit[axis] = std::min(kNodes, kWidth - (first[static_cast<int>(axis)] & (kWidth - 1)));
+        for (size_t n = 0; n < mLeaves.size() && mKnown; ++n) {
+            Coord at = first;
+            bool needed = true;
+            for (size_t axis = 0; axis < 3; ++axis)
+                if (n >> axis & 1) {
+                    at[static_cast<int>(axis)] += mSplit[axis];
+                    needed = needed && mSplit[axis] < kNodes;
+                }
+            if (!needed) continue;
+            const Leaf* leaf = index.probeConstLeaf(at);
+            mKnown = leaf != nullptr;
+            if (leaf) mLeaves[n] = leaf->buffer().data();
+        }
     }
-    return std::none_of(row.begin(), row.end(), [](int32_t n) { return n < 0; });
+
+    bool known() const { return mKnown; } ///< Whether there are leaves; some nodes may be unknown all the same.
+    /// Reads the indices of a row along z. Returns false if one is unknown.
+    bool readRow(int i, int j, std::array<int32_t, kNodes>& row) const {
+        const size_t leaf = (i < mSplit[0] ? 0U : 1U) + (j < mSplit[1] ? 0U : 2U);
+        const Coord at = mFirst.offsetBy(i, j, 0);
+        const int32_t* low = mLeaves[leaf] + Leaf::coordToOffset(at);
+        const int32_t* high = low; // not read
+        if (mSplit[2] < kNodes) high = mLeaves[leaf + 4] + Leaf::coordToOffset(at.offsetBy(0, 0, mSplit[2]));
+        int32_t all = 0; // negative if one of them is
+        for (int k = 0; k < kNodes; ++k) {
+            const int32_t node = k < mSplit[2] ? low[k] : high[k - mSplit[2]];
+            row[static_cast<size_t>(k)] = node;
+            all |= node;
+        }
+        return all >= 0;
+    }
+
+  private:
+    using Leaf = openvdb::Int32Tree::LeafNodeType;
+    static constexpr int kWidth = static_cast<int>(Leaf::DIM);
+
+    Coord mFirst;
+    bool mKnown = true;
+    std::array<int, 3> mSplit{};             ///< Nodes in the lower leaves along each axis.
+    std::array<const int32_t*, 8> mLeaves{}; ///< Bits of the number: the upper leaf along x, y and z.
+};
+
+/// Returns a b + c, rounded once.
+Node fusedMulAdd(const Node& a, const Node& b, const Node& c) {
+#ifdef __FMA__
+    return _mm256_fmadd_pd(a, b, c); // GCC 12 would not vectorise all of the loop below
+#else
+    Node sum{};
+    for (int k = 0; k < 4; ++k) sum[k] = std::fma(a[k], b[k], c[k]);
+    return sum;
+#endif
 }
 
 } // namespace
@@ -295,30 +344,33 @@ bool BackwardMap::interpolate(const openvdb::Vec3d& position, const Accessor& in
     // The sums in `difference` are those of the differences along each axis; together they are the difference in space,
     // except for their products.
     result = Interpolated{};
+    const NodeBlock block(base.offsetBy(-kNodesBefore), index);
+    if (!block.known()) return false;
     std::array<int32_t, kNodes> row;
+    const auto add = [](Node& sum, const Node& value, const Node& weight) { sum = fusedMulAdd(value, weight, sum); };
     for (size_t i = 0; i < kNodes; ++i) {
         Node plane{}, planeY{}, planeZ{}, planeDifference{};
         for (size_t j = 0; j < kNodes; ++j) {
-            const Coord first =
-                base.offsetBy(static_cast<int>(i) - kNodesBefore, static_cast<int>(j) - kNodesBefore, -kNodesBefore);
-            if (!readRow(first, index, row)) return false;
+            if (!block.readRow(static_cast<int>(i), static_cast<int>(j), row)) return false;
             Node line{}, lineZ{}, lineDifference{};
             for (size_t k = 0; k < kNodes; ++k) {
-                const Node node = mNodes[static_cast<size_t>(row[k])];
-                line += node * z.value[k];
-                lineZ += node * z.slope[k];
-                lineDifference += node * z.difference[k];
+                const Node& node = mNodes[static_cast<size_t>(row[k])];
+                add(line, node, z.value[k]);
+                add(lineZ, node, z.slope[k]);
+                add(lineDifference, node, z.difference[k]);
             }
-            plane += line * y.value[j];
-            planeY += line * y.slope[j];
-            planeZ += lineZ * y.value[j];
-            planeDifference += line * y.difference[j] + lineDifference * y.value[j];
+            add(plane, line, y.value[j]);
+            add(planeY, line, y.slope[j]);
+            add(planeZ, lineZ, y.value[j]);
+            add(planeDifference, line, y.difference[j]);
+            add(planeDifference, lineDifference, y.value[j]);
         }
-        result.value += plane * x.value[i];
-        result.derivatives[0] += plane * x.slope[i];
-        result.derivatives[1] += planeY * x.value[i];
-        result.derivatives[2] += planeZ * x.value[i];
-        result.difference += plane * x.difference[i] + planeDifference * x.value[i];
+        add(result.value, plane, x.value[i]);
+        add(result.derivatives[0], plane, x.slope[i]);
+        add(result.derivatives[1], planeY, x.value[i]);
+        add(result.derivatives[2], planeZ, x.value[i]);
+        add(result.difference, plane, x.difference[i]);
+        add(result.difference, planeDifference, x.value[i]);
     }
     return true;
 }
