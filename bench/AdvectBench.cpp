@@ -2,12 +2,10 @@
 // Advection of particles: ours along the field itself, OpenVDB's through a grid of the field.
 
 #include "Cases.h"
+#include "Inputs.h"
 #include "curlew/base/Parallel.h"
-#include "curlew/field/Bound.h"
 #include "curlew/track/Advect.h"
 #include "curlew/track/Scatter.h"
-#include "curlew/vdb/MeshFile.h"
-#include "curlew/vdb/MeshSolid.h"
 #include "curlew/vdb/VelocityGrid.h"
 
 #include <fmt/format.h>
@@ -62,31 +60,12 @@ void advection(benchmark::State& state, size_t count, int steps, Reprojection me
 
 // ---- Ours in a mesh
 
-/// Returns the domain inside scenes/spot.obj, from a level set 192 voxels across. Its layer is a twelfth of its size.
-const Domain& insideSpot() {
-    static const Domain domain = [] {
-        constexpr int kDim = 192;
-        const auto mesh = std::make_shared<const Mesh>(readMesh(CURLEW_SCENES "/spot.obj"));
-        const LevelSet narrow = solidOf(mesh, {.dim = kDim}).levelSet;
-        return Domain::of({.sdf = sdfOf(widened(narrow, kDim / 12 + kSplineSupport)),
-                           .side = Side::inside,
-                           .width = kDim / 12 * narrow.voxelSize()});
-    }();
-    return domain;
-}
-
 /// Moves particles through the noises of two octaves by RK4: inside the mesh, or without its wall.
 void advectInMesh(benchmark::State& state, bool walled) {
     constexpr int kCount = 20000, kMeshSteps = 100;
     const ThreadLimit limit(1);
-    const Domain& inside = insideSpot();
-    const auto noise = [](uint64_t seed) {
-        return noiseField<Psrd3>({.seed = seed}, {.frequency = 2.5, .octaves = 2});
-    };
-    const Flow flow = withSpeed(walled ? Flow(noise(1), bounded(noise(2), *inside.wall), inside)
-                                       : Flow(noise(1), noise(2), {.box = inside.box, .wall = std::nullopt}),
-                                1);
-    const Points start = scatter(inside, kCount, 1);
+    const Flow flow = flowInSpot(walled);
+    const Points start = scatter(insideSpot(), kCount, 1);
     AdvectResult result;
     for (auto _ : state) {
         Points particles = start;

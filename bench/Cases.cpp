@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Cases.h"
 
-#include "curlew/base/Parallel.h"
+#include <malloc.h>
 
 namespace curlew::bench {
 
@@ -25,5 +25,7 @@ Domain voxelDomain(int dim) {
     const double voxel = 1.0 / kVoxelsPerCell, low = -0.5 * voxel, high = (dim - 0.5) * voxel;
     return {.box = {{{low, low, low}}, {{high, high, high}}}, .wall = std::nullopt};
 }
+
+void forgetMemory() { malloc_trim(0); }
 
 } // namespace curlew::bench

@@ -14,8 +14,8 @@
 namespace curlew::bench {
 
 // Each file has one topic and registers its cases. Their names are paths, such as "dfvn/float/random". All cases run on
-// one thread unless the name ends in "2threads". They count items (points, voxels, particle steps), from which
-// report.py computes times. It compares cases by name.
+// one thread unless the name ends in "2threads" or begins with "wait/shade". They count items (points, voxels, particle
+// steps), from which report.py computes times. It compares cases by name.
 void registerRoofline();
 void registerNoise();
 void registerGrid();
@@ -23,6 +23,7 @@ void registerAdvect();
 void registerEnright();
 void registerWarp();
 void registerMesh();
+void registerWait();
 void registerGpu(); ///< Registers nothing if there is no GPU.
 
 /// Number of batches that are processed in turn, large enough to defeat branch prediction and caching.
@@ -54,6 +55,10 @@ Flow freeFlow(const Domain& domain = {}, double frequency = 1);
 
 /// Returns the domain with the voxels 0 … dim-1 along each axis, kVoxelsPerCell of them per cell of noise.
 Domain voxelDomain(int dim);
+
+/// Returns memory that earlier cases have freed to the system. A process that makes a grid then gets all of its memory
+/// from the system, which takes longer than filling it.
+void forgetMemory();
 
 /// Adds a case whose name is only known at run time.
 template <class F>

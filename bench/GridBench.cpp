@@ -2,6 +2,7 @@
 // Velocity grids: dense, with walls, and sparse; and the same grids made by other software.
 
 #include "Cases.h"
+#include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/vdb/LevelSet.h"
 #include "curlew/vdb/VelocityGrid.h"
@@ -29,10 +30,6 @@ void countVoxels(benchmark::State& state, const openvdb::GridBase& grid) {
     state.counters["bytes"] = static_cast<double>(grid.memUsage());
     state.counters["bytes_per_item"] = static_cast<double>(grid.memUsage()) / static_cast<double>(voxels);
 }
-
-/// Returns memory that earlier cases have freed to the system. A process that makes a grid then gets all of its memory
-/// from the system, which takes longer than filling it.
-void forgetMemory() { malloc_trim(0); }
 
 void velocity(benchmark::State& state, const Flow& flow, const VelocityGridOptions& options, int threads = 1) {
     const ThreadLimit limit(threads);
@@ -160,6 +157,9 @@ void addShells() {
     const Flow flow = freeFlow(Domain::of(shell), kFrequency);
     for (const int dim : {256, 512, 1024})
         once(add(fmt::format("shell/{}", dim), [=](auto& state) { velocity(state, flow, {.voxel = 2.0 / dim}); }));
+    // A job that users wait for (WaitBench.cpp). The grid takes 10.4 GB.
+    if (availableMemory() > size_t{12'000'000'000})
+        once(add("wait/shell/2048", [=](auto& state) { velocity(state, flow, {.voxel = 2.0 / 2048}); }));
     // The same shell as the mask of a level set's narrow band, which is made when needed.
     once(add("shell_mask/512", [=](auto& state) {
         constexpr float kVoxelSize = 2.0F / 512, kHalfWidth = 0.025F / kVoxelSize;

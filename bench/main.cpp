@@ -60,6 +60,7 @@ void run(int argc, char** argv) {
     bench::registerEnright();
     bench::registerWarp();
     bench::registerMesh();
+    bench::registerWait();
     bench::registerGpu();
     benchmark::RunSpecifiedBenchmarks();
     benchmark::Shutdown();

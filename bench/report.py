@@ -27,6 +27,8 @@ SETS = {"avx512": {"avx512f", "avx512dq", "avx512bw", "avx512vl"}, "avx2": {"avx
 VARIABLE = "CURLEW_SIMD"
 # All cases run with the best set. With the other sets, only those that match COLUMNS run.
 COLUMNS = re.compile(r"(dfvn|noise|octaves|bounded)/|velocity/.*/1thread|advect/(none|gauss_newton)/1thread")
+# Cases on two threads. Their wall time counts.
+WALL = re.compile(r"wait/shade/|.*2threads")
 LONG = 10  # Seconds; a case that takes longer is run once.
 DIM = 256  # Voxels along an edge of the grid whose memory is measured: that of the case velocity/collocated/1thread.
 BOX = ",".join(str(v) for v in [-0.5 / 32] * 3 + [(DIM - 0.5) / 32] * 3)
@@ -220,6 +222,47 @@ def comparisons(cases, memory, sets):
     return rows
 
 
+def waits(cases, simd):
+    """Returns tuples like those of comparisons() for the jobs that users wait for, the cases wait/JOB."""
+    jobs = {name.removeprefix("wait/"): by_set[simd] for name, by_set in cases.items() if name.startswith("wait/")}
+    rows = []
+
+    def seconds(job):
+        return jobs[job].ns(bool(WALL.match(f"wait/{job}"))) / 1e9
+
+    def ratio(name, over, under, bar):
+        if over in jobs and under in jobs:
+            a, b = seconds(over), seconds(under)
+            rows.append((name, a / b, "x", f"{number(a)} / {number(b)} s", bar))
+
+    for job, name in {"shade/mesh": "-shade a mesh, 1280 x 960", "shade/level_set": "-shade a level set, dim=256",
+                      "shade/isosurface": "-shade an isosurface", "snap/level_set": "-snap 10^4 points to a level set",
+                      "splat/light": "-splat 10^5 curves of 300 vertices"}.items():
+        if job in jobs:
+            rows.append((name, seconds(job), " s", "", ("<=", 1)))
+    if "sequence" in jobs:
+        at = jobs["sequence"].counters
+        rows += [("-advectLevelSet, 24 frames at dim=64: the slowest frame", at["slowest_frame_s"], " s", "", ("<=", 1)),
+                 ("  all frames", seconds("sequence"), " s", "", None),
+                 ("  the first, of a voxel", at["first_frame_ns_per_voxel"], " ns", "", None),
+                 ("  the last, of a voxel", at["last_frame_ns_per_voxel"], " ns", "", None)]
+    for job, name in {"spot192": "Spot, 192 voxels", "million512": "10^6 faces, 512 voxels"}.items():
+        ratio(f"level set of {name}: ours over OpenVDB", f"mesh2ls/{job}", f"mesh2ls/{job}_openvdb", ("<=", 1))
+    ratio("-advect on a sphere: newton over gauss-newton", "surface/newton", "surface/gauss-newton", ("<=", 2))
+    for method in "newton", "gauss-newton":
+        if (job := f"surface/{method}") in jobs:
+            share = jobs[job].counters["not_converged"]
+            rows.append((f"  {method}: points not converged", 100 * share, " %", "", None))
+    for job, case in jobs.items():
+        if job.startswith("in_mesh/"):
+            rows += [(f"-advect in a mesh, {job[8:]}: a particle", 1e6 * seconds(job), " µs", "", None),
+                     ("  mean position error", case.counters["error"], "", "", None)]
+        if job.startswith("shell/"):
+            rows.append((f"-velocity in a shell, {job[6:]} voxels across", seconds(job) * case.counters["bytes"]
+                         / case.counters["bytes_per_item"], " s", f"{number(case.ns())} ns a voxel", None))
+    return rows
+
+
 def met(value, bar):
     return value <= bar[1] if bar[0] == "<=" else value >= bar[1]
 
@@ -239,15 +282,15 @@ def print_cases(cases, sets):
         if name.split("/")[0] != topic:
             topic = name.split("/")[0]
             print()
-        times = "".join(f"{number(by_set[s].ns('2threads' in name)) if s in by_set else '':>10}" for s in sets)
+        times = "".join(f"{number(by_set[s].ns(bool(WALL.match(name)))) if s in by_set else '':>10}" for s in sets)
         best = by_set[sets[0]]
         extra = [f"{1 / best.ns():.1f} {'GB' if '/store/' in name else 'GFMA'}/s"] if topic == "roofline" else []
         extra += [f"{key} {number(value)}" for key, value in best.counters.items() if key != "bytes"]
         print(f"{name:44}{times}  {', '.join(extra)}".rstrip())
 
 
-def print_comparisons(rows):
-    print(f"\n{'comparison':62}{'':>10}  {'bar':>9}")
+def print_comparisons(title, rows):
+    print(f"\n{title:62}{'':>10}  {'bar':>9}")
     for name, value, unit, made_of, bar in rows:
         verdict = f"{bar[0]} {bar[1]:<6g}{'met' if met(value, bar) else 'MISSED'}" if bar else ""
         print(f"{name:62}{number(value) + unit:>10}  {verdict:16}  {made_of}".rstrip())
@@ -311,7 +354,7 @@ def main():
     if not cases:
         sys.exit(f"bench: no case has a name with '{options.filter}'; {options.binary} --benchmark_list_tests lists them")
     memory = run_memory(options.command) if measures_memory else {}
-    exponents, rows = scaling(cases, sets[0]), comparisons(cases, memory, sets)
+    exponents, rows, jobs = scaling(cases, sets[0]), comparisons(cases, memory, sets), waits(cases, sets[0])
 
     print(f"{model}, {os.cpu_count()} cores, load {load:.1f} at the start; medians of up to {options.rounds} runs")
     print_cases(cases, sets)
@@ -319,10 +362,11 @@ def main():
         print("\npeak memory, MB: " + "; ".join(f"{what} {peak / 1e6:.1f}" for what, peak in memory.items()))
     if exponents:
         print("\ntime grows with the power of: " + ", ".join(f"{what} {e:.2f}" for what, e in exponents.items()))
-    if rows:
-        print_comparisons(rows)
+    for title, section in ("comparison", rows), ("what users wait for", jobs):
+        if section:
+            print_comparisons(title, section)
     with open(options.out, "w") as file:
-        json.dump(as_json(model, sets, cases, memory, exponents, rows), file, indent=1)
+        json.dump(as_json(model, sets, cases, memory, exponents, rows + jobs), file, indent=1)
     picture = draw_accuracy(cases, sets[0], options.command, os.path.dirname(options.out))
     if picture:
         print(f"\ncost against accuracy: {picture}")
