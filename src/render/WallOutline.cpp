@@ -39,20 +39,22 @@ void enter(OutlineRay& ray, const Vec3d& eye, const Box& box) {
     ray.end = end;
 }
 
-void step(OutlineRay& ray, float distance, const Vec3d& gradient, double lipschitz) {
+/// Ends a ray that enters a solid wall.
+void step(OutlineRay& ray, float distance, const Vec3d& gradient, double lipschitz, bool solid) {
     const double size = std::abs(static_cast<double>(distance)), pixel = ray.unitsPerPixel * ray.at;
     ray.nearest = std::min(ray.nearest, size / pixel);
     if (ray.before != 0 && (distance < 0) != (ray.before < 0)) {
         const double facing = std::abs(dot(gradient, ray.direction)) / std::max(length(gradient), 1e-12);
         const double rim = std::max(1 - facing, 0.0);
         ray.glow += (ray.passages++ == 0 ? 1 : 0.4) * rim * rim * rim;
+        if (solid && distance < 0) ray.end = ray.at;
     }
     ray.before = distance;
     ray.at += std::max(size / std::max(lipschitz, 1.0), 0.5 * pixel);
 }
 
 /// Steps all rays until each has left the box.
-void march(std::span<OutlineRay> rays, const Sdf& sdf, const Vec3d& eye, const Monitor& monitor) {
+void march(std::span<OutlineRay> rays, const Wall& wall, const Vec3d& eye, const Monitor& monitor) {
     for (int k = 0; k < kMaxOutlineSteps; ++k) {
         monitor.check();
         PointBatch points;
@@ -64,13 +66,13 @@ void march(std::span<OutlineRay> rays, const Sdf& sdf, const Vec3d& eye, const M
             }
         if (points.size == 0) return;
         JetBatch<float, 1> jets;
-        sdf.distance.eval(points, jets);
+        wall.sdf.distance.eval(points, jets);
         for (int i = 0; i < points.size; ++i) {
             const auto jet = jets[i];
             step(rays[of[static_cast<size_t>(i)]], jet.value,
                  {{static_cast<double>(jet.gradient[0]), static_cast<double>(jet.gradient[1]),
                    static_cast<double>(jet.gradient[2])}},
-                 sdf.lipschitz);
+                 wall.sdf.lipschitz, wall.side == Side::outside);
         }
     }
 }
@@ -120,7 +122,7 @@ Image wallOutline(const Domain& domain, const Camera& camera, const Monitor& mon
                 ray.unitsPerPixel = dot(ray.direction, camera.forward()) / focal;
                 enter(ray, camera.eye(), box);
             }
-            march(std::span(rays).first(end - begin), domain.wall->sdf, camera.eye(), monitor);
+            march(std::span(rays).first(end - begin), *domain.wall, camera.eye(), monitor);
             for (size_t k = begin; k < end; ++k) small.pixels[k] = outlineOf(rays[k - begin]);
         },
         monitor);

@@ -17,6 +17,11 @@ namespace {
 
 constexpr double kLargestId = 9007199254740992; // 2^53: doubles represent all integers up to here
 
+std::string shortened(std::string text) {
+    constexpr size_t kMost = 80;
+    return text.size() > kMost ? text.substr(0, kMost) + " …" : text;
+}
+
 /// Converts the columns of a table to arrays of points.
 class Columns {
   public:
@@ -40,7 +45,9 @@ class Columns {
             if (at == mTable.names.end() && missing.empty()) missing = name;
         }
         if (found.empty() && !needed) return;
-        if (!missing.empty()) throw error(fmt::format("it has no column {}", missing));
+        if (!missing.empty())
+            throw error(fmt::format("it has no column {}; its columns are {}", missing,
+                                    shortened(fmt::format("{}", fmt::join(mTable.names, ",")))));
         for (size_t k = 0; k < columns.size(); ++k) {
             if (!mTable.text.empty() && !mTable.text[found[k]].empty()) throw error(mTable.text[found[k]]);
             mTaken.insert(columns[k].first);

@@ -71,6 +71,7 @@ TEST_CASE("file names: an input cannot be overwritten but an own output may be r
     // Inputs of frames that another process computes need not be there.
     test::store(folder / "in.1.csv", "x,y,z\n0,0,0\n");
     folder.mustRun("-frames 1-2 part=1/2 -noise -probe 'in.$F.csv' 'out.$F.csv'");
+    folder.mustFail("-frames 1-2 -noise -probe 'in.$FF.csv' 'out.$F.csv'", {"in.$FF.csv", "stands for nothing"});
     folder.mustFail("-frames 1-2 part=2/2 -noise -probe 'in.$F.csv' 'out.$F.csv'", {"in.2.csv", "no such file"});
     folder.mustFail("-frames 1-2 -read ball.ply -write ball.ply overwrite=1", {"overwrite an input"});
     CHECK(test::bytesOf(folder / "ball.ply") == before);

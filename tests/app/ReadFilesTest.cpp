@@ -148,6 +148,9 @@ TEST_CASE("read and write: pipes and gzip work and standard output carries only 
     folder.mustFail("-read - format=obj -write x.ply", {"'-'", "it is empty"});
     folder.mustFail("-read bar.ply -write -", {"'-'", "format="});
     folder.mustFail("-read bar.ply -write x.ply.gz", {"x.ply.gz", "no known extension"});
+    folder.mustFail("-read walk.abc", {"'walk.abc': .abc is not supported", "use .obj, .ply, .glb"});
+    folder.mustFail("-sphere -scatter -write dust.ABC", {"'dust.ABC': .abc is not supported", "use .usda, .bgeo"});
+    folder.mustFail("-read dust.bgeo.sc", {".bgeo.sc is not supported", "without compression"});
     test::store(folder / "cut.obj.gz", bytesOf(folder / "bar.obj.gz").substr(0, 100));
     folder.mustFail("-read cut.obj.gz -write x.ply", {"cut.obj.gz", "cut short"});
 }

@@ -133,6 +133,24 @@ TEST_CASE("field action: the speed and the components of a velocity grid", "[app
     folder.mustFail("-read v.vdb -field channel=w", {"channel=speed"});
 }
 
+TEST_CASE("velocity action: grids around a shape that turns have the same voxels and no jump", "[app][command]") {
+    const Folder folder;
+    folder.mustRun(
+        "-frames 1-2 fps=24000 -capsule radius=0.5 length=1 'translate={3*T},0,0' 'rotate=0,0,{90*T}' -noise -noise "
+        "seed=1 -bound side=outside layer=0.15 -dfvn speed=1e-4 -velocity dim=32 -write 'v.$F.vdb'");
+    const auto gridIn = [&](const char* file) {
+        return openvdb::gridPtrCast<openvdb::Vec3SGrid>(readVdb(folder / file).front());
+    };
+    const auto first = gridIn("v.1.vdb"), second = gridIn("v.2.vdb");
+    CHECK(first->voxelSize()[0] == Approx(second->voxelSize()[0]).epsilon(1e-6));
+    double most = 0, change = 0; // the turn begins at 0, where the bounds of the shape could be tighter
+    for (auto v = first->cbeginValueOn(); v; ++v) {
+        most = std::max(most, static_cast<double>(v->length()));
+        change = std::max(change, static_cast<double>((second->tree().getValue(v.getCoord()) - *v).length()));
+    }
+    CHECK(change < 0.1 * most);
+}
+
 TEST_CASE("velocity action: a tile has each voxel once", "[app][command]") {
     const Folder folder;
     const std::string flow = "-noise frequency=2 period=4 -noise frequency=2 period=4 seed=1 -dfvn ";

@@ -155,6 +155,22 @@ TEST_CASE("splat action: one camera is used for a whole sequence", "[app][comman
     CHECK(thirdInWall > 3 * inWall);
 }
 
+TEST_CASE("splat action: warns once of colours that jump from frame to frame", "[app][command]") {
+    const Folder folder;
+    const auto said = [&](const std::string& speed, const std::string& range) {
+        return folder
+            .mustRun("-sphere -scatter count=200 -noise -noise seed=1 -dfvn 'speed=" + speed +
+                     "' -frames 1-4 -sphere -noise -noise seed=1 -bound -dfvn 'speed=" + speed + "' -advect -splat " +
+                     range + kSize + "-write 's.$F.png'")
+            .err;
+    };
+    const std::string jumps = said("{1+F}", "");
+    CHECK_THAT(jumps, ContainsSubstring("the colours stand for") && ContainsSubstring("range="));
+    CHECK(jumps.find("the colours") == jumps.rfind("the colours"));
+    CHECK_THAT(said("{1+F}", "range=0,5"), !ContainsSubstring("the colours"));
+    CHECK_THAT(said("{1}", ""), !ContainsSubstring("the colours"));
+}
+
 TEST_CASE("splat action: an obstacle hides the points behind it and a container does not", "[app][command]") {
     const Folder folder;
     const auto covered = [&](const std::string& side, const std::string& box) {

@@ -2,7 +2,10 @@
 #include "curlew/picture/ImageFile.h"
 #include "support/Command.h"
 
+#include <fmt/format.h>
+
 using namespace curlew;
+using test::bytesOf;
 using test::Folder;
 using test::jsonOf;
 
@@ -26,6 +29,24 @@ TEST_CASE("shade action: a shape and an isosurface of the same ball look the sam
     CHECK(worst < 1e-5);
     // The radius in the picture is f tan(asin(r / d)) = 20.7 pixels.
     CHECK(jsonOf(folder / "shape.json")["shade"]["coverage"].get<double>() == Approx(0.438).epsilon(0.01));
+}
+
+TEST_CASE("shade action: frames are framed one by one, and it says so once", "[app][command]") {
+    const Folder folder;
+    const auto said = [&](const std::string& frames, const std::string& options) {
+        return folder
+            .mustRun("-frames " + frames + " -sphere 'translate={T},0,0' 'radius=0.5' -shade " + options + kSmall +
+                     "-write 's.$F.png'")
+            .err;
+    };
+    const std::string moves = said("1-4 fps=4", "");
+    CHECK_THAT(moves, Catch::ContainsSubstring("the camera moves with the surface"));
+    CHECK(moves.find("the camera moves") == moves.rfind("the camera moves"));
+    const std::string last = bytesOf(folder / "s.4.png");
+    said("4-4 fps=4 start=1", ""); // on its own, a frame has the same bytes
+    CHECK(bytesOf(folder / "s.4.png") == last);
+    CHECK_THAT(said("1-4 fps=4", "viewBox=-1,-1,-1,2,1,1"), !Catch::ContainsSubstring("the camera moves"));
+    CHECK_THAT(said("1-4 fps=4", "eye=0,0,5"), !Catch::ContainsSubstring("the camera moves"));
 }
 
 TEST_CASE("shade action: a mesh looks like its level set, but keeps its edges", "[app][command]") {

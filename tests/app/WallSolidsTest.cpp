@@ -2,6 +2,8 @@
 #include "support/Command.h"
 #include "support/Meshes.h"
 
+#include <fmt/format.h>
+
 using namespace curlew;
 using namespace curlew::test;
 using Catch::Matchers::ContainsSubstring;
@@ -155,6 +157,10 @@ TEST_CASE("mesh2ls: warns of filled shells and thin parts and refuses objects th
     CHECK_THAT(thin, ContainsSubstring("thinner than 3 voxels") && ContainsSubstring("voxel=0.033 is enough") &&
                          !ContainsSubstring("holes"));
     CHECK_THAT(said("-read thin.ply -mesh2ls voxel=0.033"), !ContainsSubstring("warning"));
+    // Far thinner than a voxel, as folds are.
+    writeMesh(folder / "folds.ply", plate(0.002f));
+    CHECK_THAT(said("-read folds.ply -mesh2ls voxel=0.08"),
+               ContainsSubstring("voxel=0.00066 is enough for the thinnest, but folds of a noisy scan"));
     writeMesh(folder / "far.ply", moved(ball(3), {1e6f, 0, 0}));
     folder.mustFail("-read far.ply -mesh2ls dim=100", {"-mesh2ls", "from the origin", "move it to the origin"});
     // A level set far away is exact, since its transform is double; its mesh is not kept.
@@ -162,6 +168,25 @@ TEST_CASE("mesh2ls: warns of filled shells and thin parts and refuses objects th
                                          "-scatter count=100 -advect duration=0.3 steps=3 ");
     CHECK(far.at("outside") == 0);
     CHECK_FALSE(far.contains("mesh_outside"));
+}
+
+TEST_CASE("mesh2ls: warns if dim= gives frames different voxels", "[app][command]") {
+    const Folder folder;
+    const auto grown = [&](float size) {
+        Mesh mesh = ball(2);
+        for (auto& p : mesh.points) p *= size;
+        return mesh;
+    };
+    for (int frame = 1; frame <= 4; ++frame)
+        writeMesh(folder / fmt::format("ball.{}.ply", frame), grown(1 + 0.04f * static_cast<float>(frame)));
+    const auto said = [&](const std::string& option) {
+        return folder.mustRun("-frames 1-4 -read 'ball.$F.ply' -mesh2ls " + option).err;
+    };
+    const std::string warned = said("dim=26");
+    CHECK_THAT(warned, ContainsSubstring("dim= gives voxels of 0.0831 in this frame, 0.08 in the first") &&
+                           ContainsSubstring("voxel=0.08 gives all frames the same"));
+    CHECK(warned.find("dim= gives") == warned.rfind("dim= gives"));
+    CHECK_THAT(said("voxel=0.08"), !ContainsSubstring("warning"));
 }
 
 TEST_CASE("superpose action: warns once of a flow that crosses the other's wall", "[app][command]") {

@@ -33,6 +33,18 @@ TEST_CASE("wallOutline: a ball gives a bright ring at its silhouette and faint i
         }
 }
 
+TEST_CASE("wallOutline: an obstacle hides what is behind it, a container does not", "[render]") {
+    const auto middle = [](Side side) { // where the edge of the ball behind would be seen
+        const Sdf balls = unite(sphereSdf(1), placed(sphereSdf(0.4), Placement{.offset = {{0, 0, -1.5}}}), 0);
+        const Image outline = wallOutline(Domain::of({.sdf = balls, .side = side, .width = 0.1}), kCamera);
+        float most = 0;
+        for (int x = 80; x < 120; ++x) most = std::max(most, outline.at(x, 80));
+        return most;
+    };
+    CHECK(middle(Side::inside) > 0.1f);
+    CHECK(middle(Side::outside) < 0.02f);
+}
+
 TEST_CASE("wallOutline: does not depend on the number of threads", "[render]") {
     const auto draw = [](int threads) {
         const ThreadLimit limit(threads);

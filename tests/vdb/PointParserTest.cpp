@@ -87,7 +87,7 @@ TEST_CASE("readPoints: reads known columns from files of other programs and repo
 TEST_CASE("readPoints: damaged and unsuitable files give a one-line error", "[vdb]") {
     const Folder folder;
     CHECK_THAT(complaint(folder, "a.csv", "x,y\n1,2\n"),
-               ContainsSubstring("a.csv") && ContainsSubstring("no column z"));
+               ContainsSubstring("a.csv") && ContainsSubstring("no column z; its columns are x,y"));
     CHECK_THAT(complaint(folder, "b.csv", "x,y,z,vx\n1,2,3,4\n"), ContainsSubstring("no column vy"));
     CHECK_THAT(complaint(folder, "c.csv", "x,y,z,id\n1,2,3,0.5\n"), ContainsSubstring("the id 0.5"));
     CHECK_THAT(complaint(folder, "d.csv", "x,y,z,id\n1,2,3,1e17\n"), ContainsSubstring("2^53"));

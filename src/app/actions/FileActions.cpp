@@ -17,6 +17,9 @@
 #include "curlew/vdb/VdbFile.h"
 
 #include <algorithm>
+#include <array>
+#include <cctype>
+#include <string_view>
 
 namespace curlew::app {
 
@@ -61,6 +64,19 @@ std::string endingFor(const Arguments& a, const std::string& file) {
     return a.choice("format") == 0 ? endingOf(file) : "." + a.text("format");
 }
 
+/// A format of other programs, and what to use instead.
+struct ForeignFormat {
+    std::string_view extension, toRead, toWrite;
+};
+constexpr std::string_view kModels = ".obj, .ply, .glb or .fbx", kNoCompression = ".bgeo, without compression";
+constexpr std::array<ForeignFormat, 7> kForeign{{{".abc", kModels, ".usda, .bgeo or .ply"},
+                                                 {".usd", kModels, ".usda"},
+                                                 {".usdc", kModels, ".usda"},
+                                                 {".usdz", kModels, ".usda"},
+                                                 {".bgeo.sc", kNoCompression, kNoCompression},
+                                                 {".bgeo.gz", kNoCompression, kNoCompression},
+                                                 {".geo", ".bgeo", ".bgeo"}}};
+
 /// Returns the format selected by the extension of the file name, or by format=.
 const Format& formatOf(const Arguments& a, const std::string& file, Access access) {
     const bool compressed = access == Access::write && file.ends_with(".gz");
@@ -70,6 +86,12 @@ const Format& formatOf(const Arguments& a, const std::string& file, Access acces
     const std::string known = join(endings(access), " ");
     if (ending.empty() && isStream(file))
         throw ValueError(fmt::format("the format of '{}' is unknown; give format=, one of {}", file, known));
+    std::string name = file;
+    std::ranges::transform(name, name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    for (const ForeignFormat& foreign : kForeign)
+        if (name.ends_with(foreign.extension))
+            throw ValueError(fmt::format("'{}': {} is not supported; use {}", file, foreign.extension,
+                                         access == Access::read ? foreign.toRead : foreign.toWrite));
     throw ValueError(fmt::format("'{}' has no known extension; use one of {}", file, known));
 }
 

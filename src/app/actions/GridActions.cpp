@@ -71,16 +71,19 @@ void warnOfFilled(const Context& c, const SolidFigures& figures) {
 
 /// Warns about parts that are too thin for the voxels.
 void warnOfThinParts(const Context& c, const SolidFigures& figures, double voxel) {
-    constexpr double kWorthAWarning = 0.005;
+    constexpr double kWorthAWarning = 0.005, kFolds = 1.0 / 16; // of a voxel
     if (!(figures.thin > kWorthAWarning)) return;
     const std::string missing =
         figures.missing > kWorthAWarning
             ? fmt::format(", {:.1f} % by parts thinner than one, which the level set may lack", 100 * figures.missing)
             : "";
+    const std::string enough = roundedDown(std::min(figures.enough, voxel));
+    const std::string folds =
+        figures.enough < kFolds * voxel ? " for the thinnest, but folds of a noisy scan need no smaller voxels" : "";
     c.warn(
         fmt::format("thin parts: {:.1f} % of the surface belongs to parts thinner than {} voxels, where the level set "
-                    "may be off by more than half a voxel and films may have gaps{}; voxel={} is enough",
-                    100 * figures.thin, kThinVoxels, missing, roundedDown(std::min(figures.enough, voxel))));
+                    "may be off by more than half a voxel and films may have gaps{}; voxel={} is enough{}",
+                    100 * figures.thin, kThinVoxels, missing, enough, folds));
 }
 
 void warnOfSolid(const Context& c, const SolidFigures& figures, double voxel) {
@@ -96,6 +99,21 @@ void warnOfSolid(const Context& c, const SolidFigures& figures, double voxel) {
             figures.meanThickness, 4 * voxel));
     warnOfFilled(c, figures);
     warnOfThinParts(c, figures, voxel);
+}
+
+/// Warns, once, if dim= gives voxels of different sizes in different frames.
+void warnOfChangingVoxels(const Context& c, const Arguments& a, double voxel) {
+    constexpr double kChange = 0.01;
+    // Other frames are evaluated too, silently, to find out how a wall moves.
+    if (!c.clock() || a.given("voxel") || c.moment().time != c.clock()->time) return;
+    auto first = std::static_pointer_cast<double>(c.memory().object);
+    if (!first) c.memory().object = first = std::make_shared<double>(voxel);
+    if (!(std::abs(voxel / *first - 1) > kChange)) return;
+    c.warn(
+        fmt::format("dim= gives voxels of {:.3g} in this frame, {:.3g} in the first, since it is relative to the "
+                    "mesh's box, so the surface may flicker; voxel={:.2g} gives all frames the same",
+                    voxel, *first, *first));
+    *first = std::numeric_limits<double>::quiet_NaN(); // said
 }
 
 void meshToLevelSetAction(Context& c, const Arguments& a) {
@@ -122,6 +140,7 @@ void meshToLevelSetAction(Context& c, const Arguments& a) {
             "thickness {:.3g} is less than two voxels of {:.3g}, so the sheet may have gaps; use smaller voxels",
             thickness, levelSet.voxelSize()));
     warnOfSolid(c, figures, levelSet.voxelSize());
+    warnOfChangingVoxels(c, a, levelSet.voxelSize());
     c.report("mesh2ls") = {{"voxels", levelSet.grid->activeVoxelCount()},
                            {"boundary_edges", figures.boundaryEdges},
                            {"duplicate_faces", figures.duplicateFaces},
@@ -246,6 +265,10 @@ void velocity(Context& c, const Arguments& a) {
         flow = flow.within(domain);
     }
     const bool potential = options.moving && a.text("displaced") == "potential";
+    for (const char* name : {"dim", "voxel", "box", "padding"})
+        if (const bool ofAir = potential && (name == std::string_view("box") || name == std::string_view("padding"));
+            options.mask && a.given(name) && !ofAir)
+            throw ValueError(fmt::format("{}= has no effect with a mask, whose voxels the grid has", name));
     if (potential)
         options.displaced = displacedBy(c, flow, options);
     else if (options.moving)

@@ -57,7 +57,10 @@ Birthplace birthplaceOf(const Context& c, const Arguments& a, OffSurface off) {
     Birthplace birth{.domain = scatterDomain(c, a), .place = {.on = a.choice<ScatterOn>("on")}};
     if (c.has("density")) birth.place.density = inSpace(c.field("density").field);
     if (!surface) return birth;
-    if (!birth.domain.wall) throw ValueError("on=surface needs a shape, a level set or a flow with a wall");
+    if (!birth.domain.wall)
+        throw ValueError(
+            "on=surface needs a shape, a level set or a flow with a wall; to use one that is not the newest, name it "
+            "with as=NAME and give domain=NAME here");
     const bool flow = c.kind("domain") == Kind::flow;
     const Box& bounds = birth.domain.wall->sdf.bounds;
     const double size = length((bounds.finite() ? bounds : birth.domain.box).size());

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "Actions.h"
 #include "SolidActions.h"
+#include "curlew/app/registry/Expression.h"
 #include "curlew/field/ShapeModels.h"
+
+#include <limits>
 
 namespace curlew::app {
 
@@ -20,6 +23,11 @@ std::vector<Option> placementOptions() {
 template <int N>
 PlacementN<N> placementOf(const Arguments& a) {
     PlacementN<N> placement{.rotate = a.vector("rotate")};
+    // The box of a rotated shape suits any rotation. A rotation that changes and happens to be zero is replaced by an
+    // unnoticeable one, so that the box does not jump.
+    const auto written = a.written().find("rotate");
+    const bool changes = written != a.written().end() && variablesOf(written->second).time;
+    if (changes && placement.rotate == Vec3d{}) placement.rotate[2] = std::numeric_limits<double>::min();
     const Vec3d offset = a.vector("translate");
     if (N == 2 && offset[2] != 0) throw ValueError("translate= of a 2D shape must have z = 0");
     for (int axis = 0; axis < N; ++axis) {

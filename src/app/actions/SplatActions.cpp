@@ -22,6 +22,37 @@ const Points* pointsOf(const Context& c) {
     return c.kind("what") == Kind::points ? &c.points("what").particles : nullptr;
 }
 
+/// What a picture keeps from frame to frame.
+struct Kept {
+    std::optional<Camera> camera;  ///< That of all frames.
+    std::optional<Interval> range; ///< Of the colours in the frame before.
+    bool warned = false;           ///< That the range jumps.
+};
+
+Kept& keptFromFrames(const Context& c) {
+    auto& object = c.memory().object;
+    if (!object) object = std::make_shared<Kept>();
+    return *std::static_pointer_cast<Kept>(object);
+}
+
+/// Warns, once, if the colours of a frame stand for other values than those of the frame before.
+void warnOfRange(const Context& c, const Interval& now, size_t values) {
+    constexpr double kJump = 0.2;
+    constexpr size_t kFew = 100; // the range of few values is mostly chance
+    if (!c.clock() || values < kFew) return;
+    Kept& kept = keptFromFrames(c);
+    const auto before = std::exchange(kept.range, now);
+    if (!before || kept.warned) return;
+    const double jump = std::max(std::abs(now.lower - before->lower), std::abs(now.upper - before->upper)),
+                 least = std::min(now.lower, before->lower), most = std::max(now.upper, before->upper);
+    if (!(jump > kJump * (most - least))) return;
+    kept.warned = true;
+    c.warn(
+        fmt::format("the colours stand for {:.3g} to {:.3g} in this frame, and for {:.3g} to {:.3g} in the one "
+                    "before, so films flicker; range= keeps them the same",
+                    now.lower, now.upper, before->lower, before->upper));
+}
+
 void color(Splats& splats, const Context& c, const Arguments& a, const Camera& camera) {
     if (a.given("color")) {
         splats.color = colorOption(a, "color");
@@ -33,6 +64,7 @@ void color(Splats& splats, const Context& c, const Arguments& a, const Camera& c
     if (!a.given("show") && points && !points->hasVelocity()) by = SplatValue::height;
     splats.values = points ? splatValues(*points, by, camera) : splatValues(*c.curves("what"), by, camera);
     const Interval range = a.given("range") ? a.interval("range") : splatRange(splats.values, by);
+    if (!a.given("range") && by != SplatValue::age) warnOfRange(c, range, splats.values.size());
     splats.scale = {.map = a.choice<ColorMap>("map"),
                     .lower = static_cast<float>(range.lower),
                     .upper = static_cast<float>(range.upper)};
@@ -61,12 +93,12 @@ Camera viewOf(const Context& c, const Arguments& a, const Splats& splats, const 
 
 /// Returns one camera for all frames. If no flow, shape or level set determines the view, the camera is that of the
 /// first frame with points; earlier frames are empty anyway.
-Camera cameraOfFrames(const Context& c, const Arguments& a, const Splats& splats, const std::optional<Domain>& domain) {
+Camera cameraOfSplats(const Context& c, const Arguments& a, const Splats& splats, const std::optional<Domain>& domain) {
+    auto& kept = keptFromFrames(c).camera;
+    if (c.clock() && kept) return *kept;
     const bool nothing = splats.x.empty() && !domain && !a.given("viewBox") && !a.given("eye");
-    auto& kept = c.memory().object;
-    if (c.clock() && kept) return *std::static_pointer_cast<Camera>(kept);
     const Camera camera = nothing ? cameraOf(a, Domain{}.box) : viewOf(c, a, splats, domain);
-    if (c.clock() && !nothing && !a.changes()) kept = std::make_shared<Camera>(camera);
+    if (c.clock() && !nothing && !a.changes()) kept = camera;
     return camera;
 }
 
@@ -91,7 +123,7 @@ void splatAction(Context& c, const Arguments& a) {
     if (behind && (!behind->camera || !rgbChannels(behind->image)))
         throw ValueError("over=1 needs a perspective picture, of -shade or -splat, as the newest image");
     const auto domain = outlined(c, a);
-    const Camera camera = behind ? *behind->camera : cameraOfFrames(c, a, splats, domain);
+    const Camera camera = behind ? *behind->camera : cameraOfSplats(c, a, splats, domain);
     color(splats, c, a, camera);
     const bool light = a.choice("look") == 0;
     // The ground, the splats and the result; a halo takes two blurred copies.

@@ -39,6 +39,26 @@ std::optional<Box> shownBy(const Arguments& a) {
     return {};
 }
 
+/// The camera of the frame before.
+struct CameraBefore {
+    Vec3d eye;
+    bool warned = false; ///< That it moves.
+};
+
+/// Warns, once, if the camera is not where it was in the frame before, since each frame shows its whole surface.
+void warnOfMovingCamera(const Context& c, const Camera& camera, const Box& subject) {
+    constexpr double kMoves = 0.01; // of the subject's size
+    if (!c.clock()) return;
+    auto& object = c.memory().object;
+    if (!object) object = std::make_shared<CameraBefore>(CameraBefore{.eye = camera.eye()});
+    CameraBefore& before = *std::static_pointer_cast<CameraBefore>(object);
+    const bool moves = length(camera.eye() - std::exchange(before.eye, camera.eye())) > kMoves * length(subject.size());
+    if (!moves || std::exchange(before.warned, true)) return;
+    c.warn(
+        "the camera moves with the surface, since each frame shows all of it, so a film does not show how the "
+        "surface moves; viewBox= or eye= keeps the camera in place");
+}
+
 void shade(Context& c, const Arguments& a) {
     const Surface surface = subjectOf(c, a);
     const ImageValue* behind = c.has("image") ? &c.image("image") : nullptr;
@@ -48,6 +68,7 @@ void shade(Context& c, const Arguments& a) {
     const Camera camera = behind                     ? *behind->camera
                           : region || a.given("eye") ? cameraOf(a, region.value_or(surface.box()))
                                                      : framing(surface, viewpointOf(a));
+    if (!behind && !region && !a.given("eye") && !a.changes()) warnOfMovingCamera(c, camera, surface.box());
     const SurfacePaint paint = paintOf(c, a, surface.box());
     SurfaceLook look{.background = colorOption(a, "background"), .gloss = a.real("gloss")};
     if (a.flag("rimOnly")) look.finish = Finish::outline;
@@ -86,7 +107,7 @@ std::vector<Option> shadeOptions() {
                   flag("sheet", "0",
                        "1: leave the isosurface open where the box cuts it; 0: treat values below iso= as solid")),
          box("box", "box that cuts off an isosurface or an unbounded shape (default: the surface's own)"),
-         viewBoxOption("box=, or else the surface's own box"),
+         viewBoxOption("box=, or else the surface's own box, in each frame anew"),
          integer("dim", fmt::format("{}", SolidOptions{}.dim), 8, 4096,
                  "number of voxels along the longest edge of a mesh, which dim= or smooth= shows as a level set"),
          integer("smooth", "0", 0, 32,

@@ -137,7 +137,8 @@ class Expander {
         if (mAt < mText.size() && kPlain.find(mText[mAt]) != std::string_view::npos)
             return std::string(1, mText[mAt++]);
         const char what = mAt < mText.size() ? mText[mAt] : ' ';
-        if (what != 'F' && what != 'P')
+        const bool fraction = mText.substr(mAt).starts_with("FF"); // Houdini's frame with a fraction
+        if (fraction || (what != 'F' && what != 'P'))
             throw ValueError(fmt::format(
                 "'{}' has a $ that stands for nothing; $F is the frame, $F4 the frame with four digits, $P the part, "
                 "$$ a plain $, $# a plain #, $% a plain %",
