@@ -281,34 +281,26 @@ class NodeBlock {
   public:
     /// `first` is the lowest node.
     NodeBlock(const Coord& first, const BackwardMap::Accessor& index) : mFirst(first) {
-        for (size_t axis = 0; axis < 3; ++axis)
-            mSplit[axis] = std::min(kNodes, kWidth - (first[static_cast<int>(axis)] & (kWidth - 1)));
-        for (size_t n = 0; n < mLeaves.size() && mKnown; ++n) {
-            Coord at = first;
-            bool needed = true;
-            for (size_t axis = 0; axis < 3; ++axis)
-                if (n >> axis & 1) {
-                    at[static_cast<int>(axis)] += mSplit[axis];
-                    needed = needed && mSplit[axis] < kNodes;
-                }
-            if (!needed) continue;
-            const Leaf* leaf = index.probeConstLeaf(at);
-            mKnown = leaf != nullptr;
-            if (leaf) mLeaves[n] = leaf->buffer().data();
+        for (int axis = 0; axis < 3; ++axis) mSplit[axis] = std::min(kNodes, kWidth - (first[axis] & (kWidth - 1)));
+        for (int n = 0; n < 8; ++n) {
+            const Coord offset((n & 1) * mSplit[0], (n >> 1 & 1) * mSplit[1], (n >> 2) * mSplit[2]);
+            if (offset[offset.maxIndex()] == kNodes) continue; // beyond the nodes
+            if (const Leaf* leaf = index.probeConstLeaf(first + offset))
+                mLeaves[static_cast<size_t>(n)] = leaf->buffer().data();
         }
     }
 
-    bool known() const { return mKnown; } ///< Whether there are leaves; some nodes may be unknown all the same.
     /// Reads the indices of a row along z. Returns false if one is unknown.
     bool readRow(int i, int j, std::array<int32_t, kNodes>& row) const {
         const size_t leaf = (i < mSplit[0] ? 0U : 1U) + (j < mSplit[1] ? 0U : 2U);
+        const int32_t *lower = mLeaves[leaf], *upper = mSplit[2] < kNodes ? mLeaves[leaf + 4] : lower;
+        if (!lower || !upper) return false;
         const Coord at = mFirst.offsetBy(i, j, 0);
-        const int32_t* low = mLeaves[leaf] + Leaf::coordToOffset(at);
-        const int32_t* high = low; // not read
-        if (mSplit[2] < kNodes) high = mLeaves[leaf + 4] + Leaf::coordToOffset(at.offsetBy(0, 0, mSplit[2]));
+        lower += Leaf::coordToOffset(at);
+        upper += Leaf::coordToOffset(at.offsetBy(0, 0, mSplit[2] % kNodes));
         int32_t all = 0; // negative if one of them is
         for (int k = 0; k < kNodes; ++k) {
-            const int32_t node = k < mSplit[2] ? low[k] : high[k - mSplit[2]];
+            const int32_t node = k < mSplit[2] ? lower[k] : upper[k - mSplit[2]];
             row[static_cast<size_t>(k)] = node;
             all |= node;
         }
@@ -320,8 +312,7 @@ class NodeBlock {
     static constexpr int kWidth = static_cast<int>(Leaf::DIM);
 
     Coord mFirst;
-    bool mKnown = true;
-    std::array<int, 3> mSplit{};             ///< Nodes in the lower leaves along each axis.
+    Coord mSplit;                            ///< How many nodes are in the lower leaves along each axis.
     std::array<const int32_t*, 8> mLeaves{}; ///< Bits of the number: the upper leaf along x, y and z.
 };
 
@@ -345,7 +336,6 @@ bool BackwardMap::interpolate(const openvdb::Vec3d& position, const Accessor& in
     // except for their products.
     result = Interpolated{};
     const NodeBlock block(base.offsetBy(-kNodesBefore), index);
-    if (!block.known()) return false;
     std::array<int32_t, kNodes> row;
     const auto add = [](Node& sum, const Node& value, const Node& weight) { sum = fusedMulAdd(value, weight, sum); };
     for (size_t i = 0; i < kNodes; ++i) {

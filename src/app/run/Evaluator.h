@@ -75,7 +75,7 @@ class Evaluator {
     // --- values, for Context
     /// How a level set of a rigid mesh is wanted at a moment other than that of the current frame.
     enum class As {
-        body,    ///< That of the first frame, with the pose at the moment. Quick, but only for those who look at it.
+        body,    ///< That of the first frame, with the pose at the moment: cheap, for actions that apply the pose.
         samples, ///< Sampled, as it is between two frames.
         inFrame, ///< Sampled. The moment is that of a frame, as for all that is only evaluated in frames.
     };
