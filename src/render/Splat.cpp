@@ -52,8 +52,7 @@ struct Stroke {
         const float dx = b.x - a.x, dy = b.y - a.y;
         length = std::sqrt(dx * dx + dy * dy);
         if (length > 0) ux = dx / length, uy = dy / length;
-        seen = bins.radius(0.5f * (a.depth + b.depth));
-        radius = std::max(seen, bins.leastRadius());
+        radius = std::max(bins.radius(0.5f * (a.depth + b.depth)), bins.leastRadius());
     }
 
     /// Returns the samples of a tile, `fine` per edge of a pixel, whose centres the footprint may cover, from the
@@ -85,15 +84,6 @@ struct Stroke {
         return {from, to};
     }
 
-    /// Returns the piece from `from` to `to`, 0 at a and 1 at b.
-    Stroke piece(float from, float to) const {
-        Stroke piece = *this;
-        piece.a = between(a, b, from);
-        piece.b = between(a, b, to);
-        piece.length = length * (to - from);
-        return piece;
-    }
-
     /// Returns the sine of the angle by which the edge recedes from the plane of the picture.
     float sineOfTilt(const SplatBins& bins) const {
         const float recedes = (b.depth - a.depth) * bins.pixelsPerUnit(0.5f * (a.depth + b.depth));
@@ -103,7 +93,7 @@ struct Stroke {
     SplatVertex a, b;
     float length = 0, ux = 1, uy = 0; ///< From a to b.
     float fade;                       ///< Visibility, 0 to 1.
-    float seen, radius;               ///< Pixels: projected radius, and the radius that is drawn.
+    float radius;                     ///< That is drawn, pixels.
 };
 
 /// Draws the light of a tile's splats.
@@ -122,10 +112,9 @@ class LightPainter {
 
     void draw() {
         constexpr size_t kAhead = 16;
-        mStrokes.reserve(kAtOnce);
         for (size_t n = 0; n < mTile.splats.size(); ++n) {
             if (n + kAhead < mTile.splats.size()) mBins.prefetch(mTile.splats[n + kAhead]);
-            add(Stroke(mBins, mTile.splats[n]));
+            add(mTile.splats[n]);
         }
         flush();
     }
@@ -138,53 +127,52 @@ class LightPainter {
     }
 
   private:
-    static constexpr size_t kAtOnce = 64; ///< Strokes that are drawn together.
-
     size_t imagePixel(int x, int y, int width) const {
         return static_cast<size_t>(mTile.top + y) * static_cast<size_t>(width) + static_cast<size_t>(mTile.left + x);
     }
 
     /// Adds an edge in pieces that are so short that their light may be linear, but not much shorter than wide.
-    void add(const Stroke& s) {
-        constexpr float kColors = 32;     // pieces over the colour map
-        constexpr float kEndless = 1e12f; // pieces; such an edge ends beside the eye
-        const float colors = std::clamp(s.b.value, 0.0f, 1.0f) - std::clamp(s.a.value, 0.0f, 1.0f);
-        const float pieces =
-            std::max(s.length / std::max(ProjectedSplats::kShort, 4 * s.radius), std::abs(colors) * kColors);
-        if (pieces <= 1) return addBrief(s);
-        if (!(pieces < kEndless)) return;
-        const double count = std::ceil(static_cast<double>(pieces));
+    void add(size_t k) {
+        constexpr float kShort = ProjectedSplats::kShort;
+        constexpr float kColorError = 1.0f / 128; // of linear light
+        constexpr float kEndless = 1e12f;         // pieces; such an edge ends beside the eye
+        const SplatVertex &a = mBins.vertex(k), &b = mBins.vertex(mBins.lines() ? k + 1 : k);
+        const float dx = b.x - a.x, dy = b.y - a.y, error = mBins.colorError(a.value, b.value);
+        const float middle = 0.5f * (a.depth + b.depth), fade = mBins.fade(k);
+        if (dx * dx + dy * dy <= kShort * kShort && error <= kColorError) return addShort(a, b, middle, fade);
+        const Stroke s(mBins, k);
+        // The error of a curve shrinks with the square of a piece's length. Below a pixel, it does not show.
+        const float colors = std::min(std::sqrt(error / kColorError), std::max(s.length, 1.0f));
+        const float pieces = std::max(s.length / std::max(kShort, 4 * s.radius), colors);
+        if (pieces <= 1) return addShort(a, b, middle, fade);
         const auto [from, to] = s.partNear(mTile);
+        if (!(pieces < kEndless && from < to)) return;
+        const double count = std::ceil(static_cast<double>(pieces));
+        const auto at = [&](int64_t piece) {
+            return between(a, b, static_cast<float>(static_cast<double>(piece) / count));
+        };
         const auto end = static_cast<int64_t>(std::ceil(static_cast<double>(to) * count));
-        for (auto k = static_cast<int64_t>(static_cast<double>(from) * count); k < end; ++k)
-            addBrief(s.piece(static_cast<float>(static_cast<double>(k) / count),
-                             static_cast<float>(static_cast<double>(k + 1) / count)));
+        for (auto piece = static_cast<int64_t>(static_cast<double>(from) * count); piece < end; ++piece)
+            addShort(at(piece), at(piece + 1), middle, fade);
     }
 
-    void addBrief(const Stroke& s) {
-        // A splat drawn larger than its projected size keeps its energy.
-        const float ratio = s.seen / s.radius, energy = s.fade * (mBins.lines() ? ratio : ratio * ratio);
-        const auto lightOf = [&](const SplatVertex& v) {
-            return mBins.color(v.value) * (energy * mBins.haze(v.depth));
-        };
-        const Vec3f light = lightOf(s.a);
-        const float part = s.length > 0 ? 1 / s.length : 0;
-        const SampleBox box = s.samplesIn(mTile, 1);
-        mStrokes.push_back({s.a.x, s.a.y, s.length, s.ux, s.uy, s.radius, s.a.depth, (s.b.depth - s.a.depth) * part,
-                            light, (lightOf(s.b) - light) * part, box.left, box.top, box.right, box.bottom});
-        if (mStrokes.size() == kAtOnce) flush();
+    void addShort(const SplatVertex& a, const SplatVertex& b, float middle, float fade) {
+        mEdges.push(a, b, middle, fade);
+        if (mEdges.full()) flush();
     }
 
     void flush() {
         const bool lines = mBins.lines();
-        runKernel<LightKernel, float>(std::as_const(mStrokes), lines, mLit);
-        mStrokes.clear();
+        runKernel<StrokeKernel, float>(std::as_const(mEdges), mBins.look(), mTile, mStrokes);
+        runKernel<LightKernel, float>(std::as_const(mEdges), std::as_const(mStrokes), lines, mLit);
+        mEdges.size = 0;
     }
 
     const SplatBins& mBins;
     const SplatTile& mTile;
     LitTile mLit;
-    std::vector<LightStroke> mStrokes;
+    LightEdges mEdges;
+    LightStrokes mStrokes;
 };
 
 /// Returns the shade of a surface with that normal, seen by a camera that looks along -z, lit from the upper left and a
@@ -264,18 +252,36 @@ void resolveTile(const SplatTile& tile, const std::vector<Sample>& samples, std:
         }
 }
 
-/// Returns the positions of the splats without the outliers in the picture.
-std::vector<Vec3d> withoutStrays(const Splats& splats, const Camera& far) {
-    const size_t every = splats.x.size() / 2'000'000 + 1;
-    std::vector<Vec3d> points;
-    std::vector<double> across, upwards;
+/// Calls visit(position) for each finite position, or for each of some that are spread evenly over the list.
+template <class Visit>
+void forFinite(const Splats& splats, size_t every, const Visit& visit) {
     for (size_t k = 0; k < splats.x.size(); k += every) {
         const Vec3d p{{splats.x[k], splats.y[k], splats.z[k]}};
-        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
+        if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) visit(p);
+    }
+}
+
+Box boundsOf(const Splats& splats, size_t every) {
+    Box box{Vec3d{{1, 1, 1}} * HUGE_VAL, Vec3d{{1, 1, 1}} * -HUGE_VAL};
+    forFinite(splats, every, [&](const Vec3d& p) {
+        for (int axis = 0; axis < 3; ++axis) {
+            box.lower[axis] = std::min(box.lower[axis], p[axis]);
+            box.upper[axis] = std::max(box.upper[axis], p[axis]);
+        }
+    });
+    if (!(box.lower[0] <= box.upper[0])) throw ValueError("there is nothing to draw: no point has a finite position");
+    return box;
+}
+
+/// Returns the positions of the splats without the outliers in the picture.
+std::vector<Vec3d> withoutStrays(const Splats& splats, size_t every, const Camera& far) {
+    std::vector<Vec3d> points;
+    std::vector<double> across, upwards;
+    forFinite(splats, every, [&](const Vec3d& p) {
         points.push_back(p);
         across.push_back(dot(p, far.right()));
         upwards.push_back(dot(p, far.up()));
-    }
+    });
     const auto rangeOf = [](std::vector<double> values) {
         const Interval range = percentiles(std::move(values), 0.005, 0.995);
         const double margin = kStrays * (range.upper - range.lower);
@@ -308,27 +314,17 @@ Splats Splats::of(const Curves& curves) {
     return splats;
 }
 
-Box Splats::bounds() const {
-    Box box{Vec3d{{1, 1, 1}} * HUGE_VAL, Vec3d{{1, 1, 1}} * -HUGE_VAL};
-    for (size_t k = 0; k < x.size(); ++k) {
-        const Vec3d p{{x[k], y[k], z[k]}};
-        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
-        for (int axis = 0; axis < 3; ++axis) {
-            box.lower[axis] = std::min(box.lower[axis], p[axis]);
-            box.upper[axis] = std::max(box.upper[axis], p[axis]);
-        }
-    }
-    if (!(box.lower[0] <= box.upper[0])) throw ValueError("there is nothing to draw: no point has a finite position");
-    return box;
-}
+Box Splats::bounds() const { return boundsOf(*this, 1); }
 
 Camera framing(const Splats& splats, const std::optional<Domain>& domain, CameraOptions options) {
     std::vector<Vec3d> points = domain ? placesOnWall(*domain) : std::vector<Vec3d>();
     if (splats.x.empty() && points.empty() && domain) return Camera::around(domain->box, options);
     if (!splats.x.empty()) {
-        const Box bounds = splats.bounds();
+        constexpr size_t kEnough = 500'000;
+        const size_t every = splats.x.size() / kEnough + 1;
+        const Box bounds = boundsOf(splats, every);
         const Camera far = Camera::around(bounds.padded(std::max(1e-6 * length(bounds.size()), 1e-9)), options);
-        const std::vector<Vec3d> seen = withoutStrays(splats, far);
+        const std::vector<Vec3d> seen = withoutStrays(splats, every, far);
         if (points.empty() && seen.size() < 2) return far;
         points.insert(points.end(), seen.begin(), seen.end());
     }

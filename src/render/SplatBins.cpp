@@ -18,10 +18,24 @@ namespace {
 
 constexpr size_t kColors = 1024;
 
-Vec3f linear(const Vec3f& display) {
-    Vec3f light;
-    for (int i = 0; i < 3; ++i) light[i] = static_cast<float>(linearFromDisplay(static_cast<double>(display[i])));
+Row<float> linear(const Vec3f& display) {
+    Row<float> light;
+    for (size_t i = 0; i < 3; ++i)
+        light.c[i] = static_cast<float>(linearFromDisplay(static_cast<double>(display.c[i])));
     return light;
+}
+
+/// Returns, for each colour and at the end for all, the sum of the changes of the slope before it, per unit of the
+/// value, of the channel that changes most. The colours are constant below the first and above the last.
+std::vector<float> changesOfSlope(const std::vector<Row<float>>& colors) {
+    std::vector<float> sums{0};
+    for (size_t k = 0; k < colors.size(); ++k) {
+        const auto &before = colors[k > 0 ? k - 1 : 0].c, &after = colors[std::min(k + 1, colors.size() - 1)].c;
+        float most = 0;
+        for (size_t i = 0; i < 3; ++i) most = std::max(most, std::abs(after[i] - 2 * colors[k].c[i] + before[i]));
+        sums.push_back(sums.back() + most * static_cast<float>(colors.size() - 1));
+    }
+    return sums;
 }
 
 /// Returns the splats if they can be drawn.
@@ -57,23 +71,27 @@ SplatBins::SplatBins(const Splats& splats, const Camera& camera, const SplatOpti
       mHeight(camera.height()),
       mColumns((mWidth + kTile - 1) / kTile),
       mRows((mHeight + kTile - 1) / kTile),
-      mLines(!splats.start.empty()),
-      mRadius(static_cast<float>(options.radius)),
-      mPixels(static_cast<float>(options.pixels)),
-      mFade(static_cast<float>(options.fade)),
       mProjected(valid(splats, options), camera, monitor),
+      mLook{.lines = !splats.start.empty(),
+            .radius = static_cast<float>(options.radius),
+            .pixels = static_cast<float>(options.pixels),
+            .focal = mProjected.focal(),
+            .fade = static_cast<float>(options.fade)},
       mVisible(splats.fade) {
     if (splats.values.empty()) mColors = {linear(splats.color)};
     for (size_t k = 0; k < kColors && !splats.values.empty(); ++k)
         mColors.push_back(linear(colorAt(splats.scale.map, static_cast<float>(k) / (kColors - 1))));
+    mSlopes = changesOfSlope(mColors);
+    mLook.colors = mColors.data();
+    mLook.lastColor = static_cast<uint32_t>(mColors.size() - 1);
     sort(monitor);
 }
 
 std::array<int, 4> SplatBins::tilesOf(size_t k) const {
     constexpr std::array<int, 4> none{0, 0, -1, -1};
     if (mProjected.standsFor(k) == 0 || !(fade(k) > 0)) return none;
-    const SplatVertex &a = vertex(k), &b = vertex(mLines ? k + 1 : k);
-    const float reach = std::max(radius(std::min(a.depth, b.depth)), mPixels);
+    const SplatVertex &a = vertex(k), &b = vertex(mLook.lines ? k + 1 : k);
+    const float reach = std::max(radius(std::min(a.depth, b.depth)), mLook.pixels);
     const auto width = static_cast<float>(mWidth), height = static_cast<float>(mHeight);
     const float left = std::min(a.x, b.x) - reach, right = std::max(a.x, b.x) + reach;
     const float top = std::min(a.y, b.y) - reach, bottom = std::max(a.y, b.y) + reach;
@@ -117,12 +135,14 @@ void SplatBins::sort(const Monitor& monitor) {
             mine.far = std::max(mine.far, vertex(k).depth);
         }
     });
-    mNear = std::numeric_limits<float>::infinity();
+    Seen whole;
     for (const Seen& s : seen) {
         mDrawn += s.splats;
-        mNear = std::min(mNear, s.near);
-        mFar = std::max(mFar, s.far);
+        whole.near = std::min(whole.near, s.near);
+        whole.far = std::max(whole.far, s.far);
     }
+    mLook.near = whole.near;
+    mLook.perDepth = whole.far > whole.near ? 1 / (whole.far - whole.near) : 0;
     size_t total = 0;
     for (size_t tile = 0; tile < all; ++tile) {
         mFirst.push_back(total);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "ProjectedSplats.h"
+#include "curlew/math/Arithmetic.h"
 
 #include <algorithm>
 #include <array>
@@ -14,6 +15,17 @@ struct SplatTile {
     std::span<const uint32_t> splats; ///< Points, or first vertices of edges; in input order.
 };
 
+/// How splats are drawn.
+struct SplatLook {
+    bool lines = false;
+    float radius = 0;                       ///< World units; 0: only `pixels` counts.
+    float pixels = 0;                       ///< Minimum radius, pixels.
+    float focal = 0;                        ///< Pixels per world unit, times the depth.
+    float fade = 0, near = 0, perDepth = 0; ///< Haze: how much, from which depth on, and its growth with depth.
+    const Row<float>* colors = nullptr;     ///< Linear R, G, B by value, 0 … lastColor.
+    uint32_t lastColor = 0;
+};
+
 /// Splats projected by a camera and sorted into the tiles of the picture.
 class SplatBins {
   public:
@@ -21,45 +33,58 @@ class SplatBins {
 
     SplatBins(const Splats& splats, const Camera& camera, const SplatOptions& options, const Monitor& monitor);
 
-    bool lines() const { return mLines; }
+    const SplatLook& look() const { return mLook; }
+    bool lines() const { return mLook.lines; }
     const SplatVertex& vertex(size_t k) const { return mProjected.vertex(k); }
     /// Loads a vertex into the caches.
     void prefetch(size_t k) const { __builtin_prefetch(&mProjected.vertex(k)); }
     /// Projected radius, pixels; may be below the minimum radius.
-    float radius(float depth) const { return mRadius > 0 ? mRadius * mProjected.focal() / depth : mPixels; }
-    float leastRadius() const { return mPixels; }
-    float pixelsPerUnit(float depth) const { return mProjected.focal() / depth; }
+    float radius(float depth) const { return mLook.radius > 0 ? mLook.radius * mLook.focal / depth : mLook.pixels; }
+    float leastRadius() const { return mLook.pixels; }
+    float pixelsPerUnit(float depth) const { return mLook.focal / depth; }
     /// Returns the brightness factor of a splat at that depth due to haze.
     float haze(float depth) const {
-        return mFar > mNear ? 1 - mFade * std::clamp((depth - mNear) / (mFar - mNear), 0.0f, 1.0f) : 1;
+        return 1 - mLook.fade * std::clamp((depth - mLook.near) * mLook.perDepth, 0.0f, 1.0f);
     }
     /// Returns the brightness factor from Splats::fade.
     float fade(size_t k) const { return mVisible.empty() ? 1 : mVisible[k]; }
     /// Returns the colour of a value in linear light.
-    const Vec3f& color(float value) const {
-        const float t = std::clamp(value, 0.0f, 1.0f) * static_cast<float>(mColors.size() - 1) + 0.5f;
-        return mColors[static_cast<size_t>(t)];
+    Vec3f color(float value) const {
+        const Row<float>& row = mColors[colorIndex(value)];
+        return {{row.c[0], row.c[1], row.c[2]}};
     }
+
+    /// Returns a bound of the difference between the colours of the values from a to b and those on a straight line
+    /// from the colour of a to that of b, in linear light: a quarter of the distance times the change of the slope.
+    float colorError(float a, float b) const { return 0.25f * std::abs((b - a) * (slopesBefore(b) - slopesBefore(a))); }
 
     size_t tiles() const { return mFirst.size() - 1; }
     SplatTile tile(size_t k) const;
     size_t drawn() const { return mDrawn; }
 
   private:
+    static float unit(float value) { return std::clamp(value, 0.0f, 1.0f); }
+    size_t colorIndex(float value) const {
+        return static_cast<size_t>(unit(value) * static_cast<float>(mLook.lastColor) + 0.5f);
+    }
+    /// Returns the sum of the changes of the colours' slope from below the scale to a value.
+    float slopesBefore(float value) const {
+        if (!(value > 0)) return 0;
+        return value < 1 ? mSlopes[colorIndex(value)] : mSlopes.back();
+    }
     void sort(const Monitor& monitor);
     /// Returns the tiles that a splat's footprint may overlap, as left, top, right, bottom; if there are none, right <
     /// left.
     std::array<int, 4> tilesOf(size_t k) const;
 
     int mWidth, mHeight, mColumns, mRows;
-    bool mLines;
-    float mRadius, mPixels, mFade;
-    float mNear = 0, mFar = 0;
     ProjectedSplats mProjected;
+    SplatLook mLook;
     std::vector<uint32_t> mSplats;
     std::vector<size_t> mFirst; ///< First index in mSplats, by tile.
     size_t mDrawn = 0;
-    std::vector<Vec3f> mColors;
+    std::vector<Row<float>> mColors;
+    std::vector<float> mSlopes;      ///< Sum of the changes of the colours' slope by value, from 0 to each colour.
     std::span<const float> mVisible; ///< Splats::fade.
 };
 

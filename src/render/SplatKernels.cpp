@@ -6,6 +6,9 @@ namespace curlew {
 
 using namespace detail;
 
-template void runOnLanes<CURLEW_SIMD, LightKernel, float>(const std::vector<LightStroke>&, const bool&, LitTile&);
+template void runOnLanes<CURLEW_SIMD, StrokeKernel, float>(const LightEdges&, const SplatLook&, const SplatTile&,
+                                                           LightStrokes&);
+template void runOnLanes<CURLEW_SIMD, LightKernel, float>(const LightEdges&, const LightStrokes&, const bool&,
+                                                          LitTile&);
 
 } // namespace curlew

@@ -2,6 +2,7 @@
 #include "curlew/render/SplatValues.h"
 
 #include "curlew/base/Error.h"
+#include "curlew/base/Parallel.h"
 #include "curlew/base/Random.h"
 #include "curlew/math/Percentile.h"
 
@@ -14,7 +15,9 @@ namespace {
 template <class Value>
 std::vector<float> forEach(size_t count, const Value& value) {
     std::vector<float> values(count);
-    for (size_t k = 0; k < count; ++k) values[k] = static_cast<float>(value(k));
+    parallelFor(count, 1 << 16, [&](size_t begin, size_t end) {
+        for (size_t k = begin; k < end; ++k) values[k] = static_cast<float>(value(k));
+    });
     return values;
 }
 
@@ -64,10 +67,14 @@ std::vector<float> splatValues(const Curves& c, SplatValue by, const Camera& cam
     return values;
 }
 
-Interval splatRange(std::vector<float> values, SplatValue by) {
-    std::erase_if(values, [](float v) { return !std::isfinite(v); });
-    if (by == SplatValue::id || by == SplatValue::index || values.empty()) return {0, 1};
-    const Interval range = percentiles(std::move(values), 0.02, 0.98);
+Interval splatRange(const std::vector<float>& values, SplatValue by) {
+    constexpr size_t kEnough = 500'000;
+    if (by == SplatValue::id || by == SplatValue::index) return {0, 1};
+    std::vector<float> some;
+    for (size_t k = 0; k < values.size(); k += values.size() / kEnough + 1)
+        if (std::isfinite(values[k])) some.push_back(values[k]);
+    if (some.empty()) return {0, 1};
+    const Interval range = percentiles(std::move(some), 0.02, 0.98);
     return range.lower < range.upper ? range : Interval{range.lower - 0.5, range.lower + 0.5};
 }
 

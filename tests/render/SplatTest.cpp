@@ -236,6 +236,34 @@ TEST_CASE("luminous: colour and depth change along a long edge", "[render]") {
     for (int x = 82; x < 90; ++x) CHECK(ray.at(x, 59) == Approx(line.at(x, 59)).epsilon(0.01));
 }
 
+TEST_CASE("luminous: an edge that recedes along a side of tiles is drawn once in each", "[render]") {
+    // Its near end is wider than its middle, and so may be in tiles that the edge itself does not reach.
+    for (const double end : {0.0, 0.3, 1.0})
+        for (const bool upright : {false, true}) {
+            Positions p;
+            upright ? p.add(0, -0.04, 9) : p.add(-0.04, 0, 9);
+            upright ? p.add(0, end, 8) : p.add(end, 0, 8);
+            p.start = {0, 2};
+            const Image image = luminous(p.lines(), faced(240, 240), {.radius = 0.028, .fade = 0}).image;
+            CAPTURE(end, upright);
+            CHECK(energyOf(image) > 1);
+            for (const float value : image.pixels) REQUIRE((value >= 0 && value < 1.01F));
+        }
+}
+
+TEST_CASE("luminous: a short edge across the end of the scale has the colour of its values", "[render]") {
+    Positions p; // from pixel 77 to 83
+    p.add(-0.03, 0.005), p.add(0.03, 0.005);
+    p.start = {0, 2};
+    Splats edge = p.lines();
+    edge.values = {0.8F, 1.2F};
+    edge.scale = {.map = ColorMap::gray, .lower = 0, .upper = 1};
+    const Image image = luminous(edge, faced(), kClear).image;
+    edge.values = {1, 1};
+    const Image white = luminous(edge, faced(), kClear).image;
+    CHECK(image.at(80, 59) / white.at(80, 59) == Approx(1).margin(0.03)); // on a straight line: 0.8
+}
+
 TEST_CASE("opaque: a tube that recedes has its depth, and no seams between its edges", "[render]") {
     constexpr double kRadius = 0.1; // ten pixels
     Positions whole, parts;

@@ -35,7 +35,8 @@ struct Splats {
 
 /// Returns the nearest camera that sees all splats, and the wall's object if there is one with a finite box. Ignores
 /// outliers: splats that lie outside the percentiles 0.5 to 99.5, horizontally or vertically in the picture, by more
-/// than half of that range. The margin is kFramingMargin. If there are neither splats nor such an object, the camera
+/// than half of that range. If there are more than half a million positions, looks at every so many of them. The margin
+/// is kFramingMargin. If there are neither splats nor such an object, the camera
 /// shows the domain's box. Throws ValueError like Camera::around and Splats::bounds.
 Camera framing(const Splats& splats, const std::optional<Domain>& domain, CameraOptions options);
 inline Camera framing(const Splats& splats, CameraOptions options) { return framing(splats, {}, options); }
