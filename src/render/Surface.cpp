@@ -1,22 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/render/Surface.h"
 
+#include "MarchKernel.h"
 #include "SurfaceModel.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/Random.h"
-#include "curlew/field/ForEachBatch.h"
+#include "curlew/math/Dispatch.h"
 #include "curlew/vdb/Openvdb.h"
 
 #include <openvdb/tools/LevelSetFilter.h>
 
+#include <algorithm>
+#include <array>
 #include <optional>
+#include <utility>
 
 namespace curlew {
 
-namespace {
+using namespace detail;
 
-constexpr int kMaxSteps = 4096; // maximum steps of a ray through a field; only a ray along the surface takes hundreds
-constexpr int kRefinements = 40;
+namespace {
 
 /// The interval of a ray inside a box.
 struct Part {
@@ -43,17 +46,6 @@ std::optional<Part> partIn(const Box& box, const Ray& ray) {
     return part;
 }
 
-/// The state of a ray that marches through a field.
-struct March {
-    size_t index;
-    Part part;
-    double t;
-    double side = 0;    ///< The sign, 1 or -1, of the field where the ray began; 0: unknown.
-    double below = 0;   ///< The last t on this side.
-    double beyond = -1; ///< The first t on the other side; negative: none yet.
-    int steps = 0;
-};
-
 /// The zero set of a field minus a value.
 class FieldSurface final : public Surface::Model {
   public:
@@ -61,73 +53,58 @@ class FieldSurface final : public Surface::Model {
         : mField(std::move(field)), mValue(value), mLipschitz(lipschitz), mBox(box), mSolid(solid) {}
 
     void intersect(std::span<const Ray> rays, double resolution, std::span<RayHit> hits) const override {
-        std::vector<March> marches;
-        for (size_t i = 0; i < rays.size(); ++i) {
-            hits[i] = {};
-            if (const auto part = partIn(mBox, rays[i]))
-                marches.push_back({.index = i, .part = *part, .t = part->begin, .below = part->begin});
-        }
-        JetBatch<double, 1> jets;
-        while (!marches.empty()) {
-            size_t left = 0;
-            for (size_t begin = 0; begin < marches.size(); begin += kBatch) {
-                const size_t end = std::min<size_t>(begin + kBatch, marches.size());
-                const auto at = [&](size_t k) {
-                    const Ray& ray = rays[marches[k].index];
-                    return ray.origin + ray.direction * marches[k].t;
-                };
-                mField.eval(batchOf(PointsBy{end, at}, begin, end), jets);
-                for (size_t k = begin; k < end; ++k) {
-                    March march = marches[k];
-                    const auto jet = jets[static_cast<int>(k - begin)];
-                    if (advance(march, jet, rays[march.index], resolution, hits[march.index])) marches[left++] = march;
-                }
-            }
-            marches.resize(left);
-        }
+        std::fill(hits.begin(), hits.end(), RayHit{});
+        march(rays, resolution, true, [&](size_t ray, const Part& part, double t, bool cut, const Vec3d& gradient) {
+            const Vec3d& direction = rays[ray].direction;
+            RayHit& hit = hits[ray];
+            hit.distance = t;
+            if (cut)
+                hit.normal[part.axis] = direction[part.axis] > 0 ? -1 : 1;
+            else
+                hit.normal = facing(gradient, direction);
+        });
+    }
+
+    void occluded(std::span<const Ray> rays, double resolution, std::span<uint8_t> flags) const override {
+        std::fill(flags.begin(), flags.end(), uint8_t{0});
+        march(rays, resolution, false, [&](size_t ray, const Part&, double, bool, const Vec3d&) { flags[ray] = 1; });
     }
 
   private:
-    /// Advances a ray to its next sample, given the field's jet at the current one. Returns false if the ray is done.
-    bool advance(March& march, const Jet<double, 3, 1>& jet, const Ray& ray, double resolution, RayHit& hit) const {
-        const double value = jet.value - mValue;
-        if (march.side == 0) {
-            march.side = value < 0 ? -1 : 1;
-            if (mSolid && value < 0 && march.part.axis >= 0) { // cut by the box
-                hit.distance = march.t;
-                hit.normal[march.part.axis] = ray.direction[march.part.axis] > 0 ? -1 : 1;
-                return false;
+    /// Calls found(ray, its part in the box, distance, whether the box cuts the surface there, the field's gradient)
+    /// for each ray that hits the surface. Rays march in a batch; where one has ended, the next one begins.
+    template <class Found>
+    void march(std::span<const Ray> rays, double resolution, bool refines, const Found& found) const {
+        const MarchOptions options{
+            .value = mValue, .lipschitz = mLipschitz, .resolution = resolution, .refines = refines};
+        MarchBatch batch;
+        std::array<size_t, kBatch> ray{};
+        std::array<Part, kBatch> part{};
+        JetBatch<double, 1> jets;
+        for (size_t next = 0;;) {
+            while (next < rays.size() && !batch.points.full()) {
+                if (const auto inBox = partIn(mBox, rays[next])) {
+                    const auto n = static_cast<size_t>(batch.points.size);
+                    ray[n] = next;
+                    part[n] = *inBox;
+                    batch.push(rays[next], inBox->begin, inBox->end, mSolid && inBox->axis >= 0);
+                }
+                ++next;
+            }
+            if (batch.points.size == 0) return;
+            mField.eval(batch.points, jets);
+            runKernel<MarchKernel, double>(std::as_const(jets), options, batch);
+            for (int k = batch.points.size; k-- > 0;) {
+                const auto n = static_cast<size_t>(k);
+                const double state = batch.state[n];
+                if (state == MarchState::kNothingYet) continue;
+                if (state != MarchState::kMissed)
+                    found(ray[n], part[n], batch.t[n], state == MarchState::kCut, jets[k].gradient);
+                batch.replaceByLast(n);
+                ray[n] = ray[static_cast<size_t>(batch.points.size)];
+                part[n] = part[static_cast<size_t>(batch.points.size)];
             }
         }
-        const double height = march.side * value, slope = march.side * dot(jet.gradient, ray.direction);
-        if (!(++march.steps < kMaxSteps)) return false;
-        if (march.beyond >= 0) return refine(march, height, slope, jet, ray, resolution, hit);
-        if (height <= 0) {
-            march.beyond = march.t;
-            march.steps = 0;
-            return refine(march, height, slope, jet, ray, resolution, hit);
-        }
-        march.below = march.t;
-        const double least = slope < 0 ? std::min(-height / slope, resolution) : resolution;
-        march.t += std::max(height / mLipschitz, std::max(least, 1e-3 * resolution));
-        if (std::isnan(height) || march.below >= march.part.end) return false;
-        march.t = std::min(march.t, march.part.end);
-        return true;
-    }
-
-    /// Newton's method between two samples on different sides, with bisection if a step would leave the interval.
-    static bool refine(March& march, double height, double slope, const Jet<double, 3, 1>& jet, const Ray& ray,
-                       double resolution, RayHit& hit) {
-        (height > 0 ? march.below : march.beyond) = march.t;
-        double next = slope != 0 ? march.t - height / slope : march.t;
-        const bool converged = std::abs(next - march.t) <= 1e-9 * resolution || height == 0;
-        if (converged || march.steps >= kRefinements || march.beyond - march.below <= 1e-12 * march.beyond) {
-            hit = {.distance = march.t, .normal = facing(jet.gradient, ray.direction)};
-            return false;
-        }
-        if (!(next > march.below && next < march.beyond)) next = 0.5 * (march.below + march.beyond);
-        march.t = next;
-        return true;
     }
 
     ScalarField mField;

@@ -6,7 +6,6 @@
 #include "curlew/field/ForEachBatch.h"
 #include "curlew/picture/ColorMap.h"
 #include "curlew/picture/Display.h"
-#include "curlew/render/SurfaceTexture.h"
 #include "curlew/render/ThinFilm.h"
 
 #include <algorithm>
@@ -15,8 +14,7 @@ namespace curlew {
 
 namespace {
 
-/// Returns the colours of values at these positions, over the range of most of them.
-std::vector<Vec3f> colorsOf(const SliceSource& source, const std::vector<Vec3d>& positions, const Monitor& monitor) {
+std::vector<float> valuesAt(const SliceSource& source, const std::vector<Vec3d>& positions, const Monitor& monitor) {
     std::vector<float> values(positions.size());
     forEachBatch(
         positions,
@@ -26,15 +24,15 @@ std::vector<Vec3f> colorsOf(const SliceSource& source, const std::vector<Vec3d>&
             std::copy_n(batch[0].begin(), points.size, values.begin() + static_cast<std::ptrdiff_t>(begin));
         },
         monitor);
-    std::vector<Vec3f> colors;
-    if (values.empty()) return colors;
+    return values;
+}
+
+/// Returns a scale over the range of most of these values.
+ColorScale scaleOf(const std::vector<float>& values) {
     const bool positive = std::none_of(values.begin(), values.end(), [](float v) { return v < 0; });
-    const ColorScale scale =
-        automaticScale({.width = static_cast<int>(values.size()), .height = 1, .channels = {"value"}, .pixels = values},
-                       positive ? ColorMap::viridis : ColorMap::diverging);
-    colors.reserve(values.size());
-    for (const float v : values) colors.push_back(colorAt(scale.map, (v - scale.lower) / (scale.upper - scale.lower)));
-    return colors;
+    return automaticScale(
+        {.width = static_cast<int>(values.size()), .height = 1, .channels = {"value"}, .pixels = values},
+        positive ? ColorMap::viridis : ColorMap::diverging);
 }
 
 /// Returns a colour for each index k.
@@ -98,19 +96,51 @@ std::vector<Vec3f> textureColors(const SurfaceView& view, const std::vector<Vec3
     return {paint.color};
 }
 
+void requireFlow(const SurfacePaint& paint) {
+    if ((paint.carry.time != 0 || paint.texture == Texture::lic) && !paint.flow)
+        throw ValueError("a texture of streaks, or a carried texture, needs a flow");
+}
+
+/// Moves hits to where their colours are looked up.
+std::optional<AdvectResult> carry(const SurfacePaint& paint, std::vector<Vec3d>& places, const Monitor& monitor) {
+    if (paint.carry.time == 0 || places.empty()) return {};
+    return advect(*paint.flow, places, paint.carry, monitor);
+}
+
 } // namespace
 
+PaintRange paintRange(const std::vector<Vec3d>& positions, double resolution, const SurfacePaint& paint,
+                      const Monitor& monitor) {
+    requireFlow(paint);
+    PaintRange range;
+    if (positions.empty()) return range;
+    if (paint.source) {
+        std::vector<Vec3d> places = positions;
+        carry(paint, places, monitor);
+        range.source = scaleOf(valuesAt(*paint.source, places, monitor));
+    }
+    if (paint.texture == Texture::lic)
+        range.streaks = surfaceLicRange(positions, resolution, *paint.flow, {.seed = paint.seed}, monitor);
+    return range;
+}
+
 PaintedColors paintedColors(const SurfaceView& view, const SurfacePaint& paint, const Monitor& monitor) {
-    const bool moved = paint.carry.time != 0, streaked = paint.texture == Texture::lic;
-    if ((moved || streaked) && !paint.flow)
-        throw ValueError("a texture of streaks, or a carried texture, needs a flow");
+    requireFlow(paint);
+    const PaintRange range = paint.range.value_or(PaintRange{});
     std::vector<Vec3d> places = positionsOf(view);
     PaintedColors painted;
-    if (moved && !places.empty()) painted.carried = advect(*paint.flow, places, paint.carry, monitor);
-    painted.colors = paint.source && !places.empty() ? colorsOf(*paint.source, places, monitor)
-                                                     : textureColors(view, places, paint, monitor);
-    if (!streaked) return painted;
-    const std::vector<float> streaks = surfaceLic(view, *paint.flow, {.seed = paint.seed}, monitor);
+    painted.carried = carry(paint, places, monitor);
+    if (paint.source && !places.empty()) {
+        const std::vector<float> values = valuesAt(*paint.source, places, monitor);
+        const ColorScale scale = range.source ? *range.source : scaleOf(values);
+        painted.colors = colorEach(values.size(), monitor, [&](size_t k) {
+            return colorAt(scale.map, (values[k] - scale.lower) / (scale.upper - scale.lower));
+        });
+    } else
+        painted.colors = textureColors(view, places, paint, monitor);
+    if (paint.texture != Texture::lic) return painted;
+    const std::vector<float> streaks =
+        surfaceLic(view, *paint.flow, {.seed = paint.seed, .range = range.streaks}, monitor);
     painted.colors = colorEach(streaks.size(), monitor, [&](size_t k) {
         return (painted.colors.size() == 1 ? painted.colors[0] : painted.colors[k]) * (0.3f + 0.9f * streaks[k]);
     });

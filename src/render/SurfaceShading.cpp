@@ -13,6 +13,7 @@ namespace curlew {
 
 namespace {
 
+const std::vector<std::string> kChannels{"R", "G", "B", "A", "Z"};
 constexpr float kNowhere = std::numeric_limits<float>::infinity();
 constexpr double kLightRadius = 0.03; // radians
 
@@ -96,25 +97,29 @@ class Lights {
     Finish mFinish;
 };
 
-/// Returns whether something is between each of these hits and the light.
-std::vector<bool> shadowed(const SurfaceView& view, const Lights& lights, const Surface& surface, size_t begin,
-                           size_t end) {
+/// Returns whether something is between the hits of a row of pixels and the light.
+std::vector<bool> shadowed(const SurfaceView& view, const Lights& lights, const Surface& surface, int y) {
+    const auto width = static_cast<size_t>(view.camera.width());
+    const size_t row = static_cast<size_t>(y - view.rows.begin) * width, begin = view.first[row];
+    const size_t samples = view.samplesPerPixel();
     const double offset = surface.rayOffset() + 2 * view.resolution;
     std::vector<Ray> rays;
     std::vector<size_t> of;
-    for (size_t k = begin; k < end; ++k) {
-        const SurfaceSample& sample = view.hits[k];
-        Vec3d n;
-        for (int axis = 0; axis < 3; ++axis) n[axis] = static_cast<double>(sample.normal[axis]);
-        if (!(dot(n, lights.key()) > 0)) continue; // it faces away from the light
-        rays.push_back({sample.position + n * (offset + static_cast<double>(sample.lift)),
-                        lights.toKey(k % view.samplesPerPixel(), view.samplesPerPixel(), randomUniform(1, k))});
-        of.push_back(k);
-    }
+    for (size_t x = 0; x < width; ++x)
+        for (size_t k = view.first[row + x]; k < view.first[row + x + 1]; ++k) {
+            const SurfaceSample& sample = view.hits[k];
+            Vec3d n;
+            for (int axis = 0; axis < 3; ++axis) n[axis] = static_cast<double>(sample.normal[axis]);
+            if (!(dot(n, lights.key()) > 0)) continue; // it faces away from the light
+            const size_t place = k - view.first[row + x], pixel = static_cast<size_t>(y) * width + x;
+            rays.push_back({sample.position + n * (offset + static_cast<double>(sample.lift)),
+                            lights.toKey(place, samples, randomUniform(1, pixel * samples + place))});
+            of.push_back(k - begin);
+        }
     std::vector<uint8_t> dark(rays.size());
     surface.occluded(rays, view.resolution, dark);
-    std::vector<bool> result(end - begin);
-    for (size_t i = 0; i < of.size(); ++i) result[of[i] - begin] = dark[i] != 0;
+    std::vector<bool> result(view.first[row + width] - begin);
+    for (size_t i = 0; i < of.size(); ++i) result[of[i]] = dark[i] != 0;
     return result;
 }
 
@@ -134,13 +139,12 @@ Vec3f backgroundAt(const SurfaceLook& look, const Camera& camera, int x, int y) 
     return display;
 }
 
-void checkBehind(const Image& behind, const Camera& camera) {
-    checkImage(behind);
-    if (behind.channels != std::vector<std::string>{"R", "G", "B", "A", "Z"})
-        throw ValueError("the background picture needs the channels R, G, B, A and Z");
-    if (behind.width != camera.width() || behind.height != camera.height())
+void checkPicture(const Image& picture, const Camera& camera) {
+    checkImage(picture);
+    if (picture.channels != kChannels) throw ValueError("the background picture needs the channels R, G, B, A and Z");
+    if (picture.width != camera.width() || picture.height != camera.height())
         throw ValueError(fmt::format("the background picture has {} x {} pixels, but the camera has {} x {}",
-                                     behind.width, behind.height, camera.width(), camera.height()));
+                                     picture.width, picture.height, camera.width(), camera.height()));
 }
 
 Pixel pixelOf(const Image& image, int x, int y) {
@@ -185,32 +189,38 @@ struct Samples {
 
 } // namespace
 
-Image shadeSurface(const SurfaceView& view, const std::vector<Vec3f>& colors, const SurfaceLook& look,
-                   const Surface* shadows, const Image* behind, const Monitor& monitor) {
+Image backgroundPicture(const Camera& camera, const SurfaceLook& look, const Monitor& monitor) {
+    Image image = filledImage(camera.width(), camera.height(), kChannels);
+    parallelFor(
+        static_cast<size_t>(camera.height()), 1,
+        [&](size_t y, size_t) {
+            for (int x = 0; x < camera.width(); ++x)
+                setEmpty(image, x, static_cast<int>(y), backgroundAt(look, camera, x, static_cast<int>(y)));
+        },
+        monitor);
+    return image;
+}
+
+void shadeOnto(Image& picture, const SurfaceView& view, const std::vector<Vec3f>& colors, const SurfaceLook& look,
+               const Surface* shadows, const Monitor& monitor) {
     if (colors.size() != 1 && colors.size() != view.hits.size())
         throw ValueError(
             fmt::format("{} colours for {} hits; give one, or one for each", colors.size(), view.hits.size()));
     const Camera& camera = view.camera;
-    if (behind) checkBehind(*behind, camera);
+    checkPicture(picture, camera);
     const Lights lights(camera, look);
     const bool hides = look.finish == Finish::matt;
-    Image image = filledImage(camera.width(), camera.height(), {"R", "G", "B", "A", "Z"});
     const double weight = 1 / static_cast<double>(view.samplesPerPixel());
     const Vec3d albedo = linearOf(colors.empty() ? Vec3f{} : colors.front());
     const auto shadeRow = [&](int y) {
-        const size_t firstPixel = static_cast<size_t>(y) * static_cast<size_t>(camera.width());
-        const size_t begin = view.first[firstPixel], end = view.first[firstPixel + static_cast<size_t>(camera.width())];
+        const size_t row = static_cast<size_t>(y - view.rows.begin) * static_cast<size_t>(camera.width());
+        const size_t begin = view.first[row], end = view.first[row + static_cast<size_t>(camera.width())];
         const std::vector<bool> dark =
-            shadows && hides ? shadowed(view, lights, *shadows, begin, end) : std::vector<bool>(end - begin);
+            shadows && hides ? shadowed(view, lights, *shadows, y) : std::vector<bool>(end - begin);
         for (int x = 0; x < camera.width(); ++x) {
-            const size_t pixel = firstPixel + static_cast<size_t>(x);
-            const Vec3f plain = backgroundAt(look, camera, x, y);
-            if (!behind && view.first[pixel] == view.first[pixel + 1]) { // most pixels: nothing to mix
-                setEmpty(image, x, y, plain);
-                continue;
-            }
-            const Vec3d background = linearOf(plain);
-            const Pixel there = behind ? pixelOf(*behind, x, y) : Pixel{.light = background};
+            const size_t pixel = row + static_cast<size_t>(x);
+            if (view.first[pixel] == view.first[pixel + 1]) continue;
+            const Pixel there = pixelOf(picture, x, y);
             Samples samples;
             Pixel added = there;
             for (size_t k = view.first[pixel]; k < view.first[pixel + 1]; ++k) {
@@ -221,12 +231,19 @@ Image shadeSurface(const SurfaceView& view, const std::vector<Vec3f>& colors, co
                 else if (view.hits[k].depth < there.depth)
                     added.light += light * weight;
             }
-            setPixel(image, x, y, hides ? samples.over(there, background) : added);
+            setPixel(picture, x, y, hides ? samples.over(there, linearOf(backgroundAt(look, camera, x, y))) : added);
         }
     };
     parallelFor(
-        static_cast<size_t>(camera.height()), 1, [&](size_t y, size_t) { shadeRow(static_cast<int>(y)); }, monitor);
-    return image;
+        static_cast<size_t>(view.rows.end - view.rows.begin), 1,
+        [&](size_t k, size_t) { shadeRow(view.rows.begin + static_cast<int>(k)); }, monitor);
+}
+
+Image shadeSurface(const SurfaceView& view, const std::vector<Vec3f>& colors, const SurfaceLook& look,
+                   const Surface* shadows, const Image* behind, const Monitor& monitor) {
+    Image picture = behind ? *behind : backgroundPicture(view.camera, look, monitor.quiet());
+    shadeOnto(picture, view, colors, look, shadows, monitor);
+    return picture;
 }
 
 } // namespace curlew

@@ -89,6 +89,39 @@ std::array<double, kBatch> convolved(const Flow& flow, const PointBatch& start, 
     return sum;
 }
 
+/// Returns the noise averaged along the streamlines through these positions.
+template <class Positions>
+std::vector<float> streaksAt(const Positions& positions, double resolution, const Flow& flow,
+                             const SurfaceLicOptions& o, const Monitor& monitor) {
+    requirePositive(o.length, "the streak length");
+    requirePositive(o.grain, "the grain");
+    requirePositive(o.contrast, "the contrast");
+    const double grain = o.grain * 4 * resolution, step = 0.75 * grain;
+    const int steps = std::max(1, static_cast<int>(std::lround(std::min(0.5 * o.length / (0.75 * o.grain), 1e4))));
+    const SolidNoise noise(grain, o.seed);
+    std::vector<float> values(positions.size());
+    forEachBatch(
+        positions,
+        [&](const PointBatch& points, size_t begin) {
+            const auto batch = convolved(flow, points, noise, step, steps);
+            for (size_t i = 0; i < static_cast<size_t>(points.size); ++i)
+                values[begin + i] = static_cast<float>(batch[i]);
+        },
+        monitor);
+    return values;
+}
+
+LicRange rangeOf(const std::vector<float>& values) {
+    double sum = 0, squares = 0;
+    for (const float v : values) {
+        sum += static_cast<double>(v);
+        squares += static_cast<double>(v) * static_cast<double>(v);
+    }
+    const auto count = static_cast<double>(std::max<size_t>(values.size(), 1));
+    const double mean = sum / count;
+    return {.mean = mean, .deviation = std::sqrt(std::max(squares / count - mean * mean, 1e-12))};
+}
+
 } // namespace
 
 std::vector<Vec3d> positionsOf(const SurfaceView& view) {
@@ -149,31 +182,18 @@ Vec3f wavesAt(const Vec3d& position, double width) {
 
 std::vector<float> surfaceLic(const SurfaceView& view, const Flow& flow, const SurfaceLicOptions& o,
                               const Monitor& monitor) {
-    requirePositive(o.length, "the streak length");
-    requirePositive(o.grain, "the grain");
-    requirePositive(o.contrast, "the contrast");
-    const double grain = o.grain * 4 * view.resolution, step = 0.75 * grain;
-    const int steps = std::max(1, static_cast<int>(std::lround(std::min(0.5 * o.length / (0.75 * o.grain), 1e4))));
-    const SolidNoise noise(grain, o.seed);
-    std::vector<float> values(view.hits.size());
-    forEachBatch(
-        PointsBy{values.size(), [&](size_t k) { return view.hits[k].position; }},
-        [&](const PointBatch& points, size_t begin) {
-            const auto batch = convolved(flow, points, noise, step, steps);
-            for (size_t i = 0; i < static_cast<size_t>(points.size); ++i)
-                values[begin + i] = static_cast<float>(batch[i]);
-        },
-        monitor);
-    double sum = 0, squares = 0;
-    for (const float v : values) {
-        sum += static_cast<double>(v);
-        squares += static_cast<double>(v) * static_cast<double>(v);
-    }
-    const auto count = static_cast<double>(std::max<size_t>(values.size(), 1));
-    const double mean = sum / count, deviation = std::sqrt(std::max(squares / count - mean * mean, 1e-12));
+    std::vector<float> values = streaksAt(PointsBy{view.hits.size(), [&](size_t k) { return view.hits[k].position; }},
+                                          view.resolution, flow, o, monitor);
+    const LicRange range = o.range ? *o.range : rangeOf(values);
     for (float& v : values)
-        v = static_cast<float>(std::clamp(0.5 + (static_cast<double>(v) - mean) * o.contrast / deviation, 0.0, 1.0));
+        v = static_cast<float>(
+            std::clamp(0.5 + (static_cast<double>(v) - range.mean) * o.contrast / range.deviation, 0.0, 1.0));
     return values;
+}
+
+LicRange surfaceLicRange(const std::vector<Vec3d>& positions, double resolution, const Flow& flow,
+                         const SurfaceLicOptions& options, const Monitor& monitor) {
+    return rangeOf(streaksAt(positions, resolution, flow, options, monitor));
 }
 
 } // namespace curlew

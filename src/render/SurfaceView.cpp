@@ -77,14 +77,14 @@ RowOfHits viewRow(const Surface& surface, const Camera& camera, int samples, int
     return row;
 }
 
-/// Returns a quarter of a pixel's size at the middle of a box.
-double resolutionOf(const Camera& camera, const Box& box) {
+} // namespace
+
+double resolutionOf(const Surface& surface, const Camera& camera) {
+    const Box& box = surface.box();
     const double depth = dot(box.center() - camera.eye(), camera.forward());
     const double pixel = 1 / camera.focal(); // at depth 1
     return 0.25 * pixel * std::max(depth, 0.1 * length(box.size()));
 }
-
-} // namespace
 
 double SurfaceView::coverage() const {
     return static_cast<double>(hits.size()) / static_cast<double>((first.size() - 1) * samplesPerPixel());
@@ -111,8 +111,12 @@ SurfaceView viewThrough(const Surface& surface, const SurfaceView& view, const M
             }
         },
         monitor);
-    SurfaceView through{
-        .camera = camera, .samples = view.samples, .resolution = view.resolution, .hits = {}, .first = {0}};
+    SurfaceView through{.camera = camera,
+                        .samples = view.samples,
+                        .resolution = view.resolution,
+                        .rows = view.rows,
+                        .hits = {},
+                        .first = {0}};
     for (size_t pixel = 0; pixel + 1 < view.first.size(); ++pixel) {
         for (size_t k = view.first[pixel]; k < view.first[pixel + 1]; ++k)
             if (found[k]) through.hits.push_back(next[k]);
@@ -145,7 +149,7 @@ std::vector<Vec3d> visiblePoints(const Surface& surface, const Camera& camera) {
         for (int i = 0; i < kAcross && (i + 0.5) * step < camera.width(); ++i)
             rays.push_back({camera.eye(), camera.direction((i + 0.5) * step, (j + 0.5) * step)});
     std::vector<RayHit> hits(rays.size());
-    surface.intersect(rays, resolutionOf(camera, surface.box()), hits);
+    surface.intersect(rays, resolutionOf(surface, camera), hits);
     std::vector<Vec3d> points;
     for (size_t k = 0; k < rays.size(); ++k)
         if (hits[k].found()) points.push_back(rays[k].origin + rays[k].direction * hits[k].distance);
@@ -159,35 +163,41 @@ Camera framing(const Surface& surface, CameraOptions options) {
     return seen.size() < 2 ? far : Camera::around(seen, options);
 }
 
-SurfaceView viewSurface(const Surface& surface, const Camera& camera, int samples, const Monitor& monitor) {
+SurfaceView viewRows(const Surface& surface, const Camera& camera, int samples, const RowsOfPixels& range,
+                     const Monitor& monitor) {
     if (samples < 1 || samples > 16)
         throw ValueError(fmt::format("{} samples along the edge of a pixel; give 1 to 16", samples));
-    const auto height = static_cast<size_t>(camera.height()), width = static_cast<size_t>(camera.width());
     SurfaceView view{.camera = camera,
                      .samples = samples,
-                     .resolution = resolutionOf(camera, surface.box()),
+                     .resolution = resolutionOf(surface, camera),
+                     .rows = range,
                      .hits = {},
                      .first = {0}};
-    requireMemory(
-        2.1 * pixelsOf(surface, camera) * static_cast<double>(view.samplesPerPixel() * sizeof(SurfaceSample)) +
-            static_cast<double>(height * width * sizeof(view.first[0])),
-        fmt::format("{} x {} pixels with {} samples each", width, height, view.samplesPerPixel()),
-        "choose a smaller width and height, or fewer samples");
-    std::vector<RowOfHits> rows(height);
+    std::vector<RowOfHits> rows(static_cast<size_t>(range.end - range.begin));
     parallelFor(
-        height, 1,
-        [&](size_t y, size_t) { rows[y] = viewRow(surface, camera, samples, static_cast<int>(y), view.resolution); },
+        rows.size(), 1,
+        [&](size_t k, size_t) {
+            rows[k] = viewRow(surface, camera, samples, range.begin + static_cast<int>(k), view.resolution);
+        },
         monitor);
     size_t hits = 0;
     for (const RowOfHits& row : rows) hits += row.hits.size();
     view.hits.reserve(hits);
-    view.first.reserve(height * width + 1);
+    view.first.reserve(rows.size() * static_cast<size_t>(camera.width()) + 1);
     for (RowOfHits& row : rows) {
         view.hits.insert(view.hits.end(), row.hits.begin(), row.hits.end());
         for (const size_t count : row.counts) view.first.push_back(view.first.back() + count);
         row = {};
     }
     return view;
+}
+
+SurfaceView viewSurface(const Surface& surface, const Camera& camera, int samples, const Monitor& monitor) {
+    const double pixels = static_cast<double>(camera.width()) * camera.height(), perPixel = 1.0 * samples * samples;
+    requireMemory(2.1 * pixelsOf(surface, camera) * perPixel * sizeof(SurfaceSample) + pixels * sizeof(size_t),
+                  fmt::format("{} x {} pixels with {} samples each", camera.width(), camera.height(), perPixel),
+                  "choose a smaller width and height, or fewer samples");
+    return viewRows(surface, camera, samples, {0, camera.height()}, monitor);
 }
 
 } // namespace curlew

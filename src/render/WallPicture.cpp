@@ -5,7 +5,7 @@
 #include "curlew/base/Error.h"
 #include "curlew/field/ForEachBatch.h"
 #include "curlew/picture/Display.h"
-#include "curlew/render/SurfaceShading.h"
+#include "curlew/render/SurfacePicture.h"
 #include "curlew/vdb/Openvdb.h"
 
 #include <openvdb/tools/SignedFloodFill.h>
@@ -64,8 +64,13 @@ Surface wallSurface(const Domain& domain, const Monitor& monitor) {
 
 Image obstaclePicture(const Domain& domain, const Camera& camera, const Vec3f& background, const Monitor& monitor) {
     constexpr Vec3f kDull{{0.16f, 0.18f, 0.22f}};
-    const SurfaceView view = viewSurface(wallSurface(domain, monitor), camera, 2, monitor);
-    Image picture = shadeSurface(view, {kDull}, {.background = background, .gloss = 0.05}, nullptr, nullptr, monitor);
+    Image picture = drawSurface(wallSurface(domain, monitor), camera,
+                                {.samples = 2,
+                                 .paint = {.color = kDull},
+                                 .look = {.background = background, .gloss = 0.05},
+                                 .shadows = false},
+                                nullptr, monitor)
+                        .image;
     // Make the background plain, as without an obstacle.
     const Image plain = plainPicture(camera.width(), camera.height(), background);
     for (size_t pixel = 0; pixel < plain.pixels.size() / 3; ++pixel)

@@ -78,9 +78,12 @@ TEST_CASE("Surface: rays find the first level crossing of a general field", "[re
     const Surface surface(noise, 0.1, test::cube(0.8), false);
     const auto rays = raysInwards(300);
     const auto hits = hitsOf(surface, rays);
+    std::vector<uint8_t> occluded(rays.size());
+    surface.occluded(rays, kResolution, occluded);
     size_t found = 0, thin = 0;
     for (size_t k = 0; k < rays.size(); ++k) {
         CAPTURE(rays[k].origin, rays[k].direction);
+        CHECK((occluded[k] != 0) == hits[k].found());
         double before = 0, expected = std::numeric_limits<double>::infinity();
         bool within = false;
         for (double t = 0; t < 6 && std::isinf(expected); t += 0.25 * kResolution) {

@@ -25,13 +25,13 @@ LevelSet smoothed(const LevelSet& levelSet, int voxels);
 
 /// A surface for ray tracing. Immutable, cheap to copy, safe to share between threads.
 ///
-/// A field is intersected by sphere tracing (Hart 1996): steps are the field's value divided by its Lipschitz bound, so
-/// they cannot cross the surface. But no step is shorter than the `resolution` that the caller requests, so a ray may
-/// miss a part of the surface in which it stays for less than that. A level set is first intersected through OpenVDB's
-/// mesh of it, which Embree traces. Newton steps then refine the hits on the exact field or on the spline through the
-/// level set (sdfOf), whose gradient gives the normal. Hits are exact to rounding, except for rays that graze a level
-/// set. A mesh is intersected face by face, seen from both sides; its normals are interpolated between vertices, except
-/// across edges of more than 60 degrees.
+/// A field is intersected by sphere tracing (Hart 1996, Keinert et al. 2014): the field's value divided by its
+/// Lipschitz bound is a distance in which there is no surface, and a ray goes back if those of two samples do not meet.
+/// But a ray may miss a part of the surface in which it stays for less than the `resolution` that the caller requests.
+/// A level set is first intersected through OpenVDB's mesh of it, which Embree traces. Newton steps then refine the
+/// hits on the exact field or on the spline through the level set (sdfOf), whose gradient gives the normal. Hits are
+/// exact to rounding, except for rays that graze a level set. A mesh is intersected face by face, seen from both sides;
+/// its normals are interpolated between vertices, except across edges of more than 60 degrees.
 class Surface {
   public:
     /// A shape. If the box cuts it off, as it does an unbounded shape, the cut becomes a planar part of the surface.

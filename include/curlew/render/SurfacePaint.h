@@ -3,8 +3,9 @@
 
 #include "curlew/flow/Flow.h"
 #include "curlew/math/Interval.h"
+#include "curlew/picture/ColorMap.h"
 #include "curlew/picture/Slice.h"
-#include "curlew/render/SurfaceView.h"
+#include "curlew/render/SurfaceTexture.h"
 #include "curlew/track/Advect.h"
 
 #include <array>
@@ -26,6 +27,12 @@ enum class Texture {
 inline constexpr std::array<std::string_view, 7> kTextureNames{"none",    "checker", "waves", "latitude",
                                                                "terrain", "film",    "lic"};
 
+/// The values to which a source's colours and the contrast of streaks refer.
+struct PaintRange {
+    std::optional<ColorScale> source = {};
+    std::optional<LicRange> streaks = {};
+};
+
 struct SurfacePaint {
     Texture texture = Texture::none;
     Vec3f color{{0.74f, 0.70f, 0.65f}};  ///< sRGB display values; also the first colour of a checker.
@@ -41,12 +48,19 @@ struct SurfacePaint {
     /// Advection from each hit to the position where its colour is looked up: for a texture that the flow has carried
     /// for t seconds, the time is -t (ICN §5.3). 0: no advection.
     AdvectOptions carry{.time = 0};
+    /// Default: the values at the hits of the view that is painted.
+    std::optional<PaintRange> range = {};
 };
 
 struct PaintedColors {
     std::vector<Vec3f> colors;                ///< One per hit of the view, or one for all.
     std::optional<AdvectResult> carried = {}; ///< Result of the hits' advection, if there was any.
 };
+
+/// Returns the range of the values at some positions of a surface. `resolution`: SurfaceView::resolution. Throws like
+/// paintedColors().
+PaintRange paintRange(const std::vector<Vec3d>& positions, double resolution, const SurfacePaint& paint,
+                      const Monitor& monitor = {});
 
 /// Returns the colours of the surface that a camera sees. The same for any number of threads. Throws ValueError if a
 /// flow is needed but missing, and like advect() and surfaceLic(); Interrupted.

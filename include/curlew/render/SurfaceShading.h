@@ -33,4 +33,12 @@ struct SurfaceLook {
 Image shadeSurface(const SurfaceView& view, const std::vector<Vec3f>& colors, const SurfaceLook& look,
                    const Surface* shadows = nullptr, const Image* behind = nullptr, const Monitor& monitor = {});
 
+/// Returns the background, as a picture of shadeSurface() in which there is no surface.
+Image backgroundPicture(const Camera& camera, const SurfaceLook& look, const Monitor& monitor = {});
+
+/// Shades the surface in the rows of the view, merged with what is in this picture of shadeSurface(). Changes no other
+/// rows. Throws likewise.
+void shadeOnto(Image& picture, const SurfaceView& view, const std::vector<Vec3f>& colors, const SurfaceLook& look,
+               const Surface* shadows = nullptr, const Monitor& monitor = {});
+
 } // namespace curlew

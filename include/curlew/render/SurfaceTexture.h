@@ -4,6 +4,8 @@
 #include "curlew/flow/Flow.h"
 #include "curlew/render/SurfaceView.h"
 
+#include <optional>
+
 namespace curlew {
 
 // Surface textures: colours (sRGB display values) as functions of the position. An advected texture is looked up at the
@@ -26,11 +28,17 @@ Vec3f terrainAt(double height);
 /// a coordinate is not finite.
 Vec3f wavesAt(const Vec3d& position, double width);
 
+/// Mean and standard deviation of the streaks' values before their contrast is set.
+struct LicRange {
+    double mean, deviation;
+};
+
 struct SurfaceLicOptions {
     double length = 40; ///< Streak length, pixels of the view at the middle of the surface.
     double grain = 1.6; ///< Grain size of the noise, pixels.
     uint64_t seed = 0;
-    double contrast = 0.2; ///< Standard deviation of the result about its mean, 1/2.
+    double contrast = 0.2;              ///< Standard deviation of the result about its mean, 1/2.
+    std::optional<LicRange> range = {}; ///< Default: that of the view's hits.
 };
 
 /// Line integral convolution on a surface (Cabral and Leedom 1993, with solid noise as in Interrante 1997). For each
@@ -39,5 +47,10 @@ struct SurfaceLicOptions {
 /// for any number of threads. Throws ValueError if an option is not positive.
 std::vector<float> surfaceLic(const SurfaceView& view, const Flow& flow, const SurfaceLicOptions& options = {},
                               const Monitor& monitor = {});
+
+/// Returns the range of the streaks at these positions of a surface. `resolution`: SurfaceView::resolution. Throws like
+/// surfaceLic().
+LicRange surfaceLicRange(const std::vector<Vec3d>& positions, double resolution, const Flow& flow,
+                         const SurfaceLicOptions& options = {}, const Monitor& monitor = {});
 
 } // namespace curlew

@@ -2,7 +2,7 @@
 #include "Actions.h"
 #include "CameraOptions.h"
 #include "SurfaceColors.h"
-#include "curlew/render/SurfaceShading.h"
+#include "curlew/render/SurfacePicture.h"
 
 namespace curlew::app {
 
@@ -69,31 +69,22 @@ void shade(Context& c, const Arguments& a) {
                           : region || a.given("eye") ? cameraOf(a, region.value_or(surface.box()))
                                                      : framing(surface, viewpointOf(a));
     if (!behind && !region && !a.given("eye") && !a.changes()) warnOfMovingCamera(c, camera, surface.box());
-    const SurfacePaint paint = paintOf(c, a, surface.box());
-    SurfaceLook look{.background = colorOption(a, "background"), .gloss = a.real("gloss")};
-    if (a.flag("rimOnly")) look.finish = Finish::outline;
-    if (paint.texture == Texture::film) look.finish = Finish::mirror;
-    if (a.given("light")) look.light = a.vector("light");
-    const SurfaceView view = viewSurface(surface, camera, a.integer<int>("supersampling"), c.follow("rays"));
-    const Image* before = behind ? &behind->image : nullptr;
-    const auto shaded = [&](const SurfaceView& seen) {
-        const Monitor monitor = c.follow("shading");
-        const PaintedColors painted = paintedColors(seen, paint, monitor);
-        if (const auto& carried = painted.carried)
-            c.report("shade_carried") = {{"not_converged", carried->notConverged},
-                                         {"retries", carried->retries},
-                                         {"iterations_mean", carried->meanIterations}};
-        return shadeSurface(seen, painted.colors, look, a.flag("shadow") ? &surface : nullptr, before, monitor);
-    };
-    Image farSide;
-    if (look.finish == Finish::mirror) { // the far side is visible too
-        farSide = shaded(viewThrough(surface, view));
-        before = &farSide;
-    }
-    Image image = shaded(view);
-    c.report("shade") = {{"hits", view.hits.size()}, {"coverage", view.coverage()}};
-    if (view.hits.empty()) c.warn("the surface is outside the camera's view");
-    c.give(std::make_shared<const ImageValue>(ImageValue{.image = std::move(image), .camera = camera}));
+    SurfacePictureOptions options{.samples = a.integer<int>("supersampling"),
+                                  .paint = paintOf(c, a, surface.box()),
+                                  .look = {.background = colorOption(a, "background"), .gloss = a.real("gloss")},
+                                  .shadows = a.flag("shadow")};
+    if (a.flag("rimOnly")) options.look.finish = Finish::outline;
+    if (options.paint.texture == Texture::film) options.look.finish = Finish::mirror;
+    if (a.given("light")) options.look.light = a.vector("light");
+    SurfacePicture picture =
+        drawSurface(surface, camera, options, behind ? &behind->image : nullptr, c.follow("shading"));
+    if (const auto& carried = picture.carried)
+        c.report("shade_carried") = {{"not_converged", carried->notConverged},
+                                     {"retries", carried->retries},
+                                     {"iterations_mean", carried->meanIterations}};
+    c.report("shade") = {{"hits", picture.hits}, {"coverage", picture.coverage}};
+    if (picture.hits == 0) c.warn("the surface is outside the camera's view");
+    c.give(std::make_shared<const ImageValue>(ImageValue{.image = std::move(picture.image), .camera = camera}));
 }
 
 std::vector<Option> shadeOptions() {
