@@ -142,7 +142,9 @@ class CellSearch {
 
     /// Returns the needed children of the cells. Divides one layer of cells at a time, which bounds the memory.
     Cells refined(const Cells& cells, int level) const {
+        constexpr size_t kSmall = size_t{1} << 20; // for so few, room for all children costs less than growing does
         Cells found;
+        if (const size_t most = 8 * cells.size(); most <= kSmall) found.reserve(most);
         for (auto layer = cells.begin(), next = layer; layer != cells.end(); layer = next) {
             next = nextAlong(0, layer, cells.end());
             const Cells more = needed(childrenOf(layer, next), level);
@@ -170,6 +172,7 @@ class CellSearch {
                     keep[k] = false;
         });
         Cells found;
+        found.reserve(static_cast<size_t>(std::count(keep.begin(), keep.end(), 1)));
         for (size_t k = 0; k < cells.size(); ++k)
             if (keep[k]) found.push_back(cells[k]);
         return found;

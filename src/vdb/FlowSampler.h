@@ -63,6 +63,12 @@ void sampleCollocated(const FlowOnVoxels& sampled, VelocityLeaf& leaf);
 void sampleCollocated(const FlowOnVoxels& sampled, const VelocitySource& source,
                       const std::vector<VelocityLeaf*>& leaves, const Monitor& monitor);
 
+/// Returns the flow with the potentials that suit a StaggeredBrick best. Where f fades beyond the wall, the slope of
+/// the fade adds velocity, the more the larger f is there. So the potentials (f, g) become (f - m, g) or (m - g, f),
+/// with the same velocity, if that adds clearly less; m is the mean of f or g there. A potential that vanishes at the
+/// wall is nearly constant there. The choice depends on the flow and the size of the voxels only.
+Flow potentialsToFade(const FlowOnVoxels& sampled);
+
 /// Fills the leaves of a brick with velocities at the faces of their voxels. Each potential is computed once per voxel
 /// corner.
 class StaggeredBrick {

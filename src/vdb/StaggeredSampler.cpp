@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "FlowSampler.h"
+#include "curlew/field/Algebra.h"
+#include "curlew/flow/Domain.h"
 #include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
@@ -134,7 +136,87 @@ std::vector<StaggeredBrick::Term> fadingTerms(const FlowOnVoxels& sampled, const
     return terms;
 }
 
+/// A potential of a term where the flow fades: its mean, and what the slope of its fade adds to the velocity, as sums
+/// over positions, weighted with the squared gradient of the other potential.
+class FadingPotential {
+  public:
+    void add(double value, double weight) {
+        if (mWeights == 0) mFirst = value;
+        mWeights += weight;
+        mSum += weight * (value - mFirst);
+        mSquares += weight * (value - mFirst) * (value - mFirst);
+    }
+    double mean() const { return mFirst + mSum / mWeights; }
+    /// Sum of squares, up to a common factor, of what the potential adds if this constant is subtracted from it.
+    double added(double constant) const {
+        const double c = constant - mFirst;
+        return mSquares - c * (2 * mSum - c * mWeights);
+    }
+
+  private:
+    double mFirst = 0; ///< All values are taken relative to the first.
+    double mWeights = 0, mSum = 0, mSquares = 0;
+};
+using FadingTerm = std::array<FadingPotential, 2>;
+
+/// Returns positions all around the wall, in the middle of the fade. They do not depend on the grid's box.
+std::vector<Vec3d> positionsInFade(const FlowOnVoxels& sampled) {
+    constexpr double kCells = 16; // along the longest edge of the wall's box
+    constexpr size_t kMost = 1 << 16;
+    const Wall& wall = *sampled.flow.domain().wall;
+    const double level = sampled.fade.middle();
+    const Domain around{
+        .box = (wall.sdf.bounds.finite() ? wall.sdf.bounds : sampled.flow.domain().box).padded(std::abs(level)),
+        .wall = wall};
+    const Vec3d edges = around.box.size();
+    const double size = std::max({edges[0], edges[1], edges[2]}) / kCells;
+    std::vector<Vec3d> positions;
+    for (const auto& cell :
+         coveringCells(around, around.box.lower, size, {level - size / 2, level + size / 2}, kMost)) {
+        Vec3d p;
+        for (int axis = 0; axis < 3; ++axis) p[axis] = around.box.lower[axis] + size * (cell[axis] + 0.5);
+        constexpr int kSteps = 3; // of Newton's method
+        for (int step = 0; step < kSteps; ++step) {
+            const auto d = wall.sdf.distance.at<1>(p);
+            p = p - d.gradient * ((d.value - level) / std::max(dot(d.gradient, d.gradient), 0.1));
+        }
+        positions.push_back(p);
+    }
+    return positions;
+}
+
+std::vector<FadingTerm> fadingTermsOf(const FlowOnVoxels& sampled) {
+    std::vector<FadingTerm> terms(sampled.flow.terms().size());
+    for (const Vec3d& p : positionsInFade(sampled)) {
+        const double factor = sampled.fade.at(sampled.flow.domain().wall->sdf.distance.at<0>(p).value);
+        if (!(factor > 0 && factor < 1)) continue;
+        for (size_t term = 0; term < terms.size(); ++term) {
+            const auto f = sampled.flow.terms()[term][0].at<1>(p), g = sampled.flow.terms()[term][1].at<1>(p);
+            terms[term][0].add(f.value, dot(g.gradient, g.gradient));
+            terms[term][1].add(g.value, dot(f.gradient, f.gradient));
+        }
+    }
+    return terms;
+}
+
 } // namespace
+
+Flow potentialsToFade(const FlowOnVoxels& sampled) {
+    constexpr double kClearly = 0.25;
+    if (!sampled.fade.oneSided()) return sampled.flow;
+    const std::vector<FadingTerm> fading = fadingTermsOf(sampled);
+    std::vector<Flow::Potentials> terms = sampled.flow.terms();
+    for (size_t term = 0; term < terms.size(); ++term) {
+        const auto [f, g] = terms[term];
+        const auto& [ofF, ofG] = fading[term];
+        const double asItIs = ofF.added(0), shifted = ofF.added(ofF.mean()), exchanged = ofG.added(ofG.mean());
+        if (shifted <= exchanged && shifted < kClearly * asItIs)
+            terms[term] = {f - constantField<3>(ofF.mean()), g};
+        else if (exchanged < shifted && exchanged < kClearly * asItIs)
+            terms[term] = {constantField<3>(ofG.mean()) - g, f};
+    }
+    return Flow(std::move(terms), sampled.flow.domain());
+}
 
 StaggeredBrick::StaggeredBrick(const FlowOnVoxels& sampled, std::span<const Coord> leaves) : mSampled(sampled) {
     openvdb::CoordBBox box;

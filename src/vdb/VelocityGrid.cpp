@@ -219,7 +219,7 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions
     constexpr Box kEverywhere{{{-kFar, -kFar, -kFar}}, {{kFar, kFar, kFar}}};
     Domain domain = flow.domain();
     domain.box = domain.box.padded(kSideRounding * voxel);
-    const Flow sampled = flow.within(options.mask ? Domain{kEverywhere, std::nullopt} : domain);
+    Flow sampled = flow.within(options.mask ? Domain{kEverywhere, std::nullopt} : domain);
     if (options.mask) {
         mask = activeVoxels(*options.mask);
         const double bytes = sizeof(VelocityLeaf) + VelocityLeaf::SIZE * sizeof(openvdb::Vec3s) + sizeof(Coord);
@@ -233,7 +233,8 @@ openvdb::Vec3SGrid::Ptr velocityGrid(const Flow& flow, const VelocityGridOptions
     if (!options.mask) origins = leafOrigins(domain, voxel, fade, moving);
     requireVoxel(voxel);
 
-    const FlowOnVoxels onVoxels{sampled, voxels, fade, moving ? &*moving : nullptr};
+    const FlowOnVoxels onVoxels{sampled, voxels, fade, moving ? &*moving : nullptr}; // refers to `sampled`
+    if (options.layout == Layout::staggered) sampled = potentialsToFade(onVoxels);
     const auto tree = options.source ? treeFrom(options.source(flow), origins, onVoxels, mask.get(), monitor)
                                      : filledTree(origins, onVoxels, options.layout, mask.get(), monitor);
     if (options.displaced) addDisplaced(options.displaced->tree(), options.layout, mask.get(), *tree);

@@ -32,6 +32,8 @@ class WallFade {
         if (beyond >= mEnd) return 0;
         return 1 - quinticFade((beyond - mBegin) / (mEnd - mBegin)).value;
     }
+    /// The distance from the wall at which the factor is about 1/2.
+    double middle() const { return (mSide == Side::inside ? 0.5 : -0.5) * (mBegin + mEnd); }
     /// Returns whether the factor is 1 within `radius` of a position at this distance.
     bool isFar(double distance, double radius) const {
         return !mOneSided || beyondWall(mSide, distance) + mLipschitz * radius < mBegin;

@@ -106,6 +106,26 @@ TEST_CASE("velocityGrid: staggered velocities are divergence-free to rounding by
     }
 }
 
+TEST_CASE("velocityGrid: the fade of a staggered grid adds as little speed to small voxels as to large ones", "[vdb]") {
+    // One of the potentials is nearly constant where the flow fades.
+    const Side side = GENERATE(Side::inside, Side::outside);
+    const Flow flow = contained(side), swapped(flow.potentials()[1], flow.potentials()[0], flow.domain());
+    for (const Flow& either : {flow, swapped})
+        for (const double voxel : {0.04, 0.02, 0.01}) {
+            const auto grid = velocityGrid(either, {.voxel = voxel, .layout = Layout::staggered});
+            double beyond = 0, before = 0;
+            for (auto value = grid->cbeginValueOn(); value; ++value) {
+                const double d = length(centreOf(*grid, value.getCoord())) - 0.8;
+                const double speed = static_cast<double>(value->length());
+                if (std::abs(d) > 5 * voxel) continue;
+                double& most = (d > 0) == (side == Side::inside) ? beyond : before;
+                most = std::max(most, speed);
+            }
+            CAPTURE(side, voxel);
+            CHECK(beyond < 1.3 * before);
+        }
+}
+
 TEST_CASE("velocityGrid: staggered velocities are second-order accurate", "[vdb]") {
     const Flow flow = waves();
     std::array<double, 3> error{};
