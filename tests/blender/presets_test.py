@@ -185,5 +185,51 @@ class Presets(unittest.TestCase):
                     self.assertGreater(pixels.reshape(-1, 4)[:, 0].std(), 0.02)
             preview.remove()
 
+    def test_the_preview_follows_options_in_groups(self):
+        preview = support.addon("preview")
+        empty()
+        support.monkey(closed=False)
+        bpy.ops.curlew.quick(preset="SHOT", bake=False)
+        tree = bpy.data.node_groups[bpy.context.scene.curlew_tree]
+        tree.preview = "POINTS"
+        preview._later()
+
+        def positions():
+            vertices = bpy.data.objects[preview.NAME].data.vertices
+            values = np.empty(3 * len(vertices), np.float32)
+            vertices.foreach_get("co", values)
+            return values
+
+        before = positions()
+        groups = [node.node_tree for node in tree.nodes if getattr(node, "node_tree", None)]
+        noises = [node for group in groups for node in group.nodes
+                  if getattr(node, "action", None) and node.action.name == "noise"]
+        noises[0].set_option("seed", "77")
+        preview._later()  # the timer, which does not run in the background
+        self.assertGreater(np.abs(positions() - before).max(), 1e-3)
+
+        # Another tree leaves the preview in place.
+        other = bpy.data.node_groups.new("Other", tree.bl_idname)
+        other.nodes.new(noises[0].bl_idname).set_option("seed", "5")
+        preview._later()
+        self.assertIn(preview.NAME, bpy.data.objects)
+        bpy.data.node_groups.remove(other)
+        # If it is switched off, the preview of another tree is shown.
+        bpy.ops.curlew.quick(preset="SWIRL", bake=False)
+        second = bpy.data.node_groups[bpy.context.scene.curlew_tree]
+        second.preview = "POINTS"
+        preview._later()
+        of_second = positions()
+        tree.preview = "POINTS"
+        noises[0].set_option("seed", "78")
+        preview._later()
+        self.assertGreater(np.abs(positions() - of_second).max(), 1e-3)
+        tree.preview = "NONE"
+        preview._later()
+        self.assertLess(np.abs(positions() - of_second).max(), 1e-6)
+        second.preview = "NONE"
+        preview._later()
+        self.assertNotIn(preview.NAME, bpy.data.objects)
+
 
 support.main(Presets)

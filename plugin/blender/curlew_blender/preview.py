@@ -24,6 +24,7 @@ _pending: List[str] = []
 _sessions = library.Sessions()
 atexit.register(_sessions.keep, {})
 last_seconds = 0.0  # duration of the last preview
+last_tree = ""  # the name of its tree
 
 
 def _makes_flow(node: bpy.types.Node) -> bool:
@@ -63,7 +64,7 @@ def _add(collected: Collected, flow: str, is_slice: bool) -> None:
 
 def show(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> bpy.types.Object:
     """Creates or updates the preview object. Raises TreeError if the tree is invalid."""
-    global last_seconds
+    global last_seconds, last_tree
     began = time.perf_counter()
     flow, is_slice = _flow(tree), tree.preview == "SLICE"
     collected = trees.collect(tree, roots=[flow])
@@ -79,7 +80,7 @@ def show(tree: bpy.types.NodeTree, scene: bpy.types.Scene) -> bpy.types.Object:
             obj = _slice(session.image(_SHOWN).pixels[:, :, 0], about.lower, about.upper, scene)
         else:
             obj = _points(results.points_arrays(session.points(_SHOWN)), scene)
-    last_seconds = time.perf_counter() - began
+    last_seconds, last_tree = time.perf_counter() - began, tree.name
     return obj
 
 
@@ -152,12 +153,30 @@ def _later() -> Optional[float]:
     return None
 
 
+def _contains(tree: bpy.types.NodeTree, part: bpy.types.NodeTree) -> bool:
+    """Returns whether `part` is the tree or one of its groups, at any depth."""
+    seen, waiting = set(), [tree]
+    while waiting:
+        group = waiting.pop()
+        if group == part:
+            return True
+        if group.name not in seen:  # a group may contain itself
+            seen.add(group.name)
+            waiting += [node.node_tree for node in group.nodes if getattr(node, "node_tree", None)]
+    return False
+
+
 def schedule(tree: bpy.types.NodeTree) -> None:
-    """Schedules an update of the preview after the tree has changed."""
-    if tree.bl_idname != nodes.TREE or (tree.preview == "NONE" and NAME not in bpy.data.objects):
+    """Schedules an update of the previews that show a tree which has changed."""
+    if tree.bl_idname != nodes.TREE:
         return
-    if tree.name not in _pending:
-        _pending.append(tree.name)
+    shown = [other for other in bpy.data.node_groups if other.bl_idname == nodes.TREE and other.preview != "NONE"]
+    wanted = [other.name for other in shown if _contains(other, tree)]
+    if tree.preview == "NONE" and tree.name == last_tree and NAME in bpy.data.objects:
+        wanted = [other.name for other in shown] or [tree.name]  # its preview has been switched off
+    if not wanted:
+        return
+    _pending.extend(name for name in wanted if name not in _pending)
     if not bpy.app.timers.is_registered(_later):
         bpy.app.timers.register(_later)  # called when Blender has handled its events
 
