@@ -11,8 +11,7 @@
 #include "curlew/picture/Exposure.h"
 #include "curlew/render/Splat.h"
 #include "curlew/render/SplatValues.h"
-#include "curlew/render/SurfacePaint.h"
-#include "curlew/render/SurfaceShading.h"
+#include "curlew/render/SurfacePicture.h"
 #include "curlew/track/Advect.h"
 #include "curlew/track/Scatter.h"
 #include "curlew/track/Trace.h"
@@ -62,10 +61,10 @@ void shade(benchmark::State& state, const MakeSurface& makeSurface) {
     double coverage = 0;
     timeJob(state, 2, [&] {
         const Surface surface = makeSurface();
-        const SurfaceView view = viewSurface(surface, framing(surface, {.width = 1280, .height = 960}));
-        const PaintedColors painted = paintedColors(view, {.box = surface.box()});
-        benchmark::DoNotOptimize(shadeSurface(view, painted.colors, {}, &surface));
-        coverage = view.coverage();
+        const SurfacePicture picture =
+            drawSurface(surface, framing(surface, {.width = 1280, .height = 960}), {.paint = {.box = surface.box()}});
+        benchmark::DoNotOptimize(picture.image.pixels.data());
+        coverage = picture.coverage;
     });
     state.counters["coverage"] = coverage;
 }
@@ -95,10 +94,10 @@ Curves streamlines() {
 }
 
 /// -splat of curves: luminous, 960 x 720 pixels.
-void splat(benchmark::State& state) {
+void splat(benchmark::State& state, int threads) {
     const Curves curves = streamlines();
     size_t drawn = 0;
-    timeJob(state, 1, [&] {
+    timeJob(state, threads, [&] {
         Splats splats = Splats::of(curves);
         const Camera camera = framing(splats, {});
         splats.values = splatValues(curves, SplatValue::speed, camera);
@@ -257,7 +256,8 @@ void addPoints() {
 void registerWait() {
     addShade();
     addWait("snap/level_set", snapToSpot);
-    addWait("splat/light", splat);
+    addWait("splat/light", [](auto& state) { splat(state, 1); });
+    addWait("splat/light_two_threads", [](auto& state) { splat(state, 2); });
     addWait("sequence", levelSetSequence);
     addMeshToLevelSet("spot", 192, spot);
     addMeshToLevelSet("million", 512, [] { return bumpyBall(289); });

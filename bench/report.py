@@ -237,7 +237,8 @@ def waits(cases, simd):
 
     for job, name in {"shade/mesh": "-shade a mesh, 1280 x 960", "shade/level_set": "-shade a level set, dim=256",
                       "shade/isosurface": "-shade an isosurface", "snap/level_set": "-snap 10^4 points to a level set",
-                      "splat/light": "-splat 10^5 curves of 300 vertices"}.items():
+                      "splat/light": "-splat 10^5 curves of 300 vertices, one thread",
+                      "splat/light_two_threads": "  two threads"}.items():
         if job in jobs:
             rows.append((name, seconds(job), " s", "", ("<=", 1)))
     if "sequence" in jobs:
