@@ -29,6 +29,8 @@ void checkDepth(std::span<const float> depth, const Camera& camera) {
         throw ValueError(fmt::format("{} depths for {} pixels", depth.size(), pixels));
 }
 
+constexpr int kFine = 4; ///< Samples of opaque splats along a pixel's edge.
+
 struct SampleBox {
     int left, top, right, bottom;
 
@@ -55,12 +57,11 @@ struct Stroke {
         radius = std::max(bins.radius(0.5f * (a.depth + b.depth)), bins.leastRadius());
     }
 
-    /// Returns the samples of a tile, `fine` per edge of a pixel, whose centres the footprint may cover, from the
-    /// tile's corner.
-    SampleBox samplesIn(const SplatTile& tile, int fine) const {
-        const auto scale = static_cast<float>(fine);
+    /// Returns the samples of a tile whose centres the footprint may cover, from the tile's corner.
+    SampleBox samplesIn(const SplatTile& tile) const {
+        const auto scale = static_cast<float>(kFine);
         const auto range = [&](float lower, float upper, int origin, int size) {
-            const auto o = static_cast<float>(origin), most = static_cast<float>(size * fine);
+            const auto o = static_cast<float>(origin), most = static_cast<float>(size * kFine);
             return std::pair(static_cast<int>(std::clamp((lower - radius - o) * scale + 0.5f, 0.0f, most)),
                              static_cast<int>(std::clamp((upper + radius - o) * scale + 0.5f, 0.0f, most)));
         };
@@ -183,8 +184,6 @@ float shade(float nx, float ny, float nz) {
     return 0.22f + 0.78f * lit;
 }
 
-constexpr int kFine = 4; ///< Samples along a pixel's edge.
-
 struct Sample {
     float depth = kInfinity;
     Vec3f light{};
@@ -199,7 +198,7 @@ void coverTile(const SplatBins& bins, const SplatTile& tile, std::vector<Sample>
         const float rr = stroke.radius * stroke.radius, front = std::min(stroke.a.depth, stroke.b.depth);
         const float nearest = front - stroke.radius / bins.pixelsPerUnit(front);
         const float lean = stroke.sineOfTilt(bins);
-        stroke.samplesIn(tile, kFine).forEach([&](int x, int y) {
+        stroke.samplesIn(tile).forEach([&](int x, int y) {
             Sample& sample = samples[static_cast<size_t>(y) * row + static_cast<size_t>(x)];
             if (!(nearest < sample.depth)) return;
             const auto position = [](int origin, int k) {
@@ -320,8 +319,7 @@ Camera framing(const Splats& splats, const std::optional<Domain>& domain, Camera
     std::vector<Vec3d> points = domain ? placesOnWall(*domain) : std::vector<Vec3d>();
     if (splats.x.empty() && points.empty() && domain) return Camera::around(domain->box, options);
     if (!splats.x.empty()) {
-        constexpr size_t kEnough = 500'000;
-        const size_t every = splats.x.size() / kEnough + 1;
+        const size_t every = splats.x.size() / kEnoughSplats + 1;
         const Box bounds = boundsOf(splats, every);
         const Camera far = Camera::around(bounds.padded(std::max(1e-6 * length(bounds.size()), 1e-9)), options);
         const std::vector<Vec3d> seen = withoutStrays(splats, every, far);

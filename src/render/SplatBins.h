@@ -38,6 +38,7 @@ class SplatBins {
     const SplatVertex& vertex(size_t k) const { return mProjected.vertex(k); }
     /// Loads a vertex into the caches.
     void prefetch(size_t k) const { __builtin_prefetch(&mProjected.vertex(k)); }
+    // StrokeKernel computes the next ones in lanes, too.
     /// Projected radius, pixels; may be below the minimum radius.
     float radius(float depth) const { return mLook.radius > 0 ? mLook.radius * mLook.focal / depth : mLook.pixels; }
     float leastRadius() const { return mLook.pixels; }

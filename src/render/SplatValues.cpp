@@ -5,6 +5,7 @@
 #include "curlew/base/Parallel.h"
 #include "curlew/base/Random.h"
 #include "curlew/math/Percentile.h"
+#include "curlew/render/Splat.h"
 
 #include <cmath>
 
@@ -68,10 +69,9 @@ std::vector<float> splatValues(const Curves& c, SplatValue by, const Camera& cam
 }
 
 Interval splatRange(const std::vector<float>& values, SplatValue by) {
-    constexpr size_t kEnough = 500'000;
     if (by == SplatValue::id || by == SplatValue::index) return {0, 1};
     std::vector<float> some;
-    for (size_t k = 0; k < values.size(); k += values.size() / kEnough + 1)
+    for (size_t k = 0; k < values.size(); k += values.size() / kEnoughSplats + 1)
         if (std::isfinite(values[k])) some.push_back(values[k]);
     if (some.empty()) return {0, 1};
     const Interval range = percentiles(std::move(some), 0.02, 0.98);

@@ -4,7 +4,6 @@
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/field/ForEachBatch.h"
-#include "curlew/picture/ColorMap.h"
 #include "curlew/picture/Display.h"
 #include "curlew/render/ThinFilm.h"
 

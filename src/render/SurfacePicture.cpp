@@ -23,10 +23,10 @@ struct Drawn {
 };
 
 /// Returns the hits of a coarse grid of rays; if they are few, those of one ray per pixel.
-std::vector<Vec3d> typicalHits(const Surface& surface, const Camera& camera) {
+std::vector<Vec3d> typicalHits(const Surface& surface, const Camera& camera, const Monitor& monitor) {
     constexpr size_t kEnough = 1000;
     std::vector<Vec3d> hits = visiblePoints(surface, camera);
-    return hits.size() < kEnough ? positionsOf(viewSurface(surface, camera, 1)) : hits;
+    return hits.size() < kEnough ? positionsOf(viewSurface(surface, camera, 1, monitor)) : hits;
 }
 
 } // namespace
@@ -52,7 +52,8 @@ SurfacePicture drawSurface(const Surface& surface, const Camera& camera, const S
     SurfacePicture picture{.image = behind ? *behind : backgroundPicture(camera, o.look, monitor.quiet())};
     SurfacePaint paint = o.paint;
     if (!paint.range && (paint.source || paint.texture == Texture::lic))
-        paint.range = paintRange(typicalHits(surface, camera), resolutionOf(surface, camera), paint, monitor.quiet());
+        paint.range = paintRange(typicalHits(surface, camera, monitor.quiet()), resolutionOf(surface, camera), paint,
+                                 monitor.quiet());
     const int height = camera.height();
     std::vector<Drawn> drawn(static_cast<size_t>((height + kRows - 1) / kRows));
     const auto draw = [&](size_t part) {

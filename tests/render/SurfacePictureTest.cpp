@@ -80,7 +80,8 @@ TEST_CASE("drawSurface: colours have one scale on a surface between the rays of 
     for (size_t k = 0; k < whole.pixels.size(); ++k)
         if (k % 5 < 3) squares += std::pow(static_cast<double>(picture.pixels[k] - whole.pixels[k]), 2);
     CHECK(view.hits.size() > 60);
-    CHECK(std::sqrt(squares / static_cast<double>(view.hits.size())) < 0.1);
+    CHECK(std::sqrt(squares / static_cast<double>(view.hits.size())) <
+          0.1); // 0.26 if each four rows had their own scale
 }
 
 TEST_CASE("drawSurface: colours have one scale in all rows", "[render]") {

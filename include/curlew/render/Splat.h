@@ -33,11 +33,14 @@ struct Splats {
     Box bounds() const;
 };
 
+/// About how many positions decide on the camera and on the range of the colours.
+inline constexpr size_t kEnoughSplats = 500'000;
+
 /// Returns the nearest camera that sees all splats, and the wall's object if there is one with a finite box. Ignores
 /// outliers: splats that lie outside the percentiles 0.5 to 99.5, horizontally or vertically in the picture, by more
-/// than half of that range. If there are more than half a million positions, looks at every so many of them. The margin
-/// is kFramingMargin. If there are neither splats nor such an object, the camera
-/// shows the domain's box. Throws ValueError like Camera::around and Splats::bounds.
+/// than half of that range. Of many positions, only kEnoughSplats are looked at, spread evenly over the list. The
+/// margin is kFramingMargin. If there are neither splats nor such an object, the camera shows the domain's box. Throws
+/// ValueError like Camera::around and Splats::bounds.
 Camera framing(const Splats& splats, const std::optional<Domain>& domain, CameraOptions options);
 inline Camera framing(const Splats& splats, CameraOptions options) { return framing(splats, {}, options); }
 
