@@ -65,8 +65,10 @@ void sampleCollocated(const FlowOnVoxels& sampled, const VelocitySource& source,
 
 /// Returns the flow with the potentials that suit a StaggeredBrick best. Where f fades beyond the wall, the slope of
 /// the fade adds velocity, the more the larger f is there. So the potentials (f, g) become (f - m, g) or (m - g, f),
-/// with the same velocity, if that adds clearly less; m is the mean of f or g there. A potential that vanishes at the
-/// wall is nearly constant there. The choice depends on the flow and the size of the voxels only.
+/// whichever adds less, with the same velocity; m is the mean of f or g there. A potential that vanishes at the wall is
+/// nearly constant there. If both add about as much, they become two terms, a share of each, so that a flow that
+/// changes smoothly in time changes smoothly beyond the wall too. The choice depends on the flow, the size of the
+/// voxels and the fade; if the wall is unbounded, on the box of the flow's domain too.
 Flow potentialsToFade(const FlowOnVoxels& sampled);
 
 /// Fills the leaves of a brick with velocities at the faces of their voxels. Each potential is computed once per voxel

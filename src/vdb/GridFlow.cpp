@@ -10,6 +10,7 @@
 #include "curlew/field/ForEachBatch.h"
 #include "curlew/vdb/GridField.h"
 #include "curlew/vdb/Openvdb.h"
+#include "curlew/vdb/VelocityGrid.h"
 
 #include <fmt/format.h>
 
@@ -186,24 +187,30 @@ Box boxOf(const VelocityLattice& lattice, const Point& cells) {
 }
 
 /// Returns the cells whose centres are beyond the wall. Throws ValueError if more of the motion is there than in the
-/// others.
+/// others, not counting the cells so close to the wall that a flow may fade there, unless the rest is hardly any of it.
 Lattice<uint8_t> solidCells(const VelocityLattice& lattice, const FaceVelocities& faces,
                             const std::optional<Wall>& wall) {
     Lattice<uint8_t> solid(faces.cells, 0);
     if (!wall || wall->side == Side::both) return solid;
+    const double reach = wall->sdf.reach; // beyond it, distances level off
+    const double fade = (VelocityGridOptions{}.wallFade + 0.5) * lattice.voxel;
+    const double margin = reach > 0 ? std::min(fade, 0.9 * reach) : fade;
+    Lattice<uint8_t> far(faces.cells, 0);
     std::vector<Point> cells;
     std::vector<Vec3d> centres;
     const openvdb::Coord first = lattice.active.min();
     const Matrix3 toWorld = transpose(lattice.axes);
-    double inside = 0, outside = 0;
+    double beyond = 0, within = 0, all = 0; // sums of squared speeds
     const auto flush = [&] {
         forEachBatch(PointsBy{centres.size(), [&](size_t k) { return centres[k]; }},
                      [&](const PointBatch& points, size_t begin) {
                          JetBatch<double, 0> d;
                          wall->sdf.distance.eval(points, d);
-                         for (int i = 0; i < points.size; ++i)
-                             solid(cells[begin + static_cast<size_t>(i)]) =
-                                 beyondWall(wall->side, d.c[0][static_cast<size_t>(i)]) > 0 ? 1 : 0;
+                         for (size_t i = 0; i < static_cast<size_t>(points.size); ++i) {
+                             const double depth = beyondWall(wall->side, d.c[0][i]);
+                             solid(cells[begin + i]) = depth > 0 ? 1 : 0;
+                             far(cells[begin + i]) = std::abs(depth) > margin ? 1 : 0;
+                         }
                      });
         cells.clear();
         centres.clear();
@@ -223,13 +230,14 @@ Lattice<uint8_t> solidCells(const VelocityLattice& lattice, const FaceVelocities
             const double v = 0.5 * (faces[axis](cell) + faces[axis](next(cell, axis)));
             energy += v * v;
         }
-        (solid(cell) ? inside : outside) += energy;
+        all += energy;
+        if (far(cell)) (solid(cell) ? beyond : within) += energy;
     });
-    if (inside > outside)
+    if (constexpr double kHardly = 0.01; beyond > within && beyond > kHardly * all)
         throw ValueError(
             fmt::format("{:.0f} % of the motion of the velocity grid is on the wrong side of the wall, so the wall "
                         "seems to be inside out; choose the other side (side=)",
-                        100 * inside / (inside + outside)));
+                        100 * beyond / (beyond + within)));
     return solid;
 }
 

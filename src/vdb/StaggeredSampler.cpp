@@ -5,6 +5,7 @@
 #include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace curlew {
@@ -146,12 +147,9 @@ class FadingPotential {
         mSum += weight * (value - mFirst);
         mSquares += weight * (value - mFirst) * (value - mFirst);
     }
-    double mean() const { return mFirst + mSum / mWeights; }
-    /// Sum of squares, up to a common factor, of what the potential adds if this constant is subtracted from it.
-    double added(double constant) const {
-        const double c = constant - mFirst;
-        return mSquares - c * (2 * mSum - c * mWeights);
-    }
+    double mean() const { return mWeights > 0 ? mFirst + mSum / mWeights : mFirst; }
+    /// Sum of squares, up to a common factor, of what the potential adds if the mean is subtracted from it.
+    double added() const { return mWeights > 0 ? std::max(0.0, mSquares - mSum * mSum / mWeights) : 0; }
 
   private:
     double mFirst = 0; ///< All values are taken relative to the first.
@@ -159,8 +157,15 @@ class FadingPotential {
 };
 using FadingTerm = std::array<FadingPotential, 2>;
 
-/// Returns positions all around the wall, in the middle of the fade. They do not depend on the grid's box.
-std::vector<Vec3d> positionsInFade(const FlowOnVoxels& sampled) {
+/// A position in the middle of the fade.
+struct InFade {
+    Vec3d position;
+    double weight;
+};
+
+/// Returns positions all around the wall, one for each cell of a lattice that is near the middle of the fade. A cell
+/// that comes near it as the wall moves gains its weight smoothly.
+std::vector<InFade> positionsInFade(const FlowOnVoxels& sampled) {
     constexpr double kCells = 16; // along the longest edge of the wall's box
     constexpr size_t kMost = 1 << 16;
     const Wall& wall = *sampled.flow.domain().wall;
@@ -170,30 +175,31 @@ std::vector<Vec3d> positionsInFade(const FlowOnVoxels& sampled) {
         .wall = wall};
     const Vec3d edges = around.box.size();
     const double size = std::max({edges[0], edges[1], edges[2]}) / kCells;
-    std::vector<Vec3d> positions;
-    for (const auto& cell :
-         coveringCells(around, around.box.lower, size, {level - size / 2, level + size / 2}, kMost)) {
+    std::vector<InFade> positions;
+    for (const auto& cell : coveringCells(around, around.box.lower, size, {level - size, level + size}, kMost)) {
         Vec3d p;
         for (int axis = 0; axis < 3; ++axis) p[axis] = around.box.lower[axis] + size * (cell[axis] + 0.5);
+        const double weight = 1 - std::abs(wall.sdf.distance.at<0>(p).value - level) / size;
+        if (!(weight > 0)) continue;
         constexpr int kSteps = 3; // of Newton's method
         for (int step = 0; step < kSteps; ++step) {
             const auto d = wall.sdf.distance.at<1>(p);
             p = p - d.gradient * ((d.value - level) / std::max(dot(d.gradient, d.gradient), 0.1));
         }
-        positions.push_back(p);
+        positions.push_back({p, weight});
     }
     return positions;
 }
 
 std::vector<FadingTerm> fadingTermsOf(const FlowOnVoxels& sampled) {
     std::vector<FadingTerm> terms(sampled.flow.terms().size());
-    for (const Vec3d& p : positionsInFade(sampled)) {
+    for (const auto& [p, weight] : positionsInFade(sampled)) {
         const double factor = sampled.fade.at(sampled.flow.domain().wall->sdf.distance.at<0>(p).value);
         if (!(factor > 0 && factor < 1)) continue;
         for (size_t term = 0; term < terms.size(); ++term) {
             const auto f = sampled.flow.terms()[term][0].at<1>(p), g = sampled.flow.terms()[term][1].at<1>(p);
-            terms[term][0].add(f.value, dot(g.gradient, g.gradient));
-            terms[term][1].add(g.value, dot(f.gradient, f.gradient));
+            terms[term][0].add(f.value, weight * dot(g.gradient, g.gradient));
+            terms[term][1].add(g.value, weight * dot(f.gradient, f.gradient));
         }
     }
     return terms;
@@ -202,18 +208,18 @@ std::vector<FadingTerm> fadingTermsOf(const FlowOnVoxels& sampled) {
 } // namespace
 
 Flow potentialsToFade(const FlowOnVoxels& sampled) {
-    constexpr double kClearly = 0.25;
     if (!sampled.fade.oneSided()) return sampled.flow;
     const std::vector<FadingTerm> fading = fadingTermsOf(sampled);
-    std::vector<Flow::Potentials> terms = sampled.flow.terms();
-    for (size_t term = 0; term < terms.size(); ++term) {
-        const auto [f, g] = terms[term];
+    std::vector<Flow::Potentials> terms;
+    for (size_t term = 0; term < fading.size(); ++term) {
+        const auto& [f, g] = sampled.flow.terms()[term];
         const auto& [ofF, ofG] = fading[term];
-        const double asItIs = ofF.added(0), shifted = ofF.added(ofF.mean()), exchanged = ofG.added(ofG.mean());
-        if (shifted <= exchanged && shifted < kClearly * asItIs)
-            terms[term] = {f - constantField<3>(ofF.mean()), g};
-        else if (exchanged < shifted && exchanged < kClearly * asItIs)
-            terms[term] = {constantField<3>(ofG.mean()) - g, f};
+        const double ofBoth = ofF.added() + ofG.added();
+        // From 0 to 1 where the squares are between half and twice of each other.
+        const double share = ofBoth > 0 ? quinticFade(3 * ofG.added() / ofBoth - 1).value : 1;
+        const auto part = [](double weight, const ScalarField& field) { return weight == 1 ? field : weight * field; };
+        if (share > 0) terms.push_back({part(share, f - constantField<3>(ofF.mean())), g});
+        if (share < 1) terms.push_back({part(1 - share, constantField<3>(ofG.mean()) - g), f});
     }
     return Flow(std::move(terms), sampled.flow.domain());
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/field/Algebra.h"
 #include "curlew/field/NoiseField.h"
 #include "curlew/vdb/GridDiagnostics.h"
 #include "curlew/vdb/ScalarGrids.h"
@@ -9,6 +10,7 @@
 
 #include <openvdb/tools/GridOperators.h>
 
+#include <algorithm>
 #include <cmath>
 
 using namespace curlew;
@@ -124,6 +126,34 @@ TEST_CASE("velocityGrid: the fade of a staggered grid adds as little speed to sm
             CAPTURE(side, voxel);
             CHECK(beyond < 1.3 * before);
         }
+}
+
+TEST_CASE("velocityGrid: staggered velocities follow a changing flow smoothly beyond the wall", "[vdb]") {
+    // First one of the potentials is best to fade, in the end the other.
+    const auto noise = [](uint64_t seed, double frequency) {
+        return noiseField<Psrd3>({.seed = seed}, {.frequency = frequency});
+    };
+    const ScalarField low = noise(1, 1), high = noise(2, 3), middle = noise(3, 1.7);
+    const Domain domain = Domain::of({.sdf = sphereSdf(0.8), .side = Side::inside, .width = 0.2});
+    // Returns the largest change from one of so many frames to the next.
+    const auto change = [&](int frames) {
+        double most = 0;
+        openvdb::Vec3SGrid::Ptr last;
+        for (int frame = 0; frame <= frames; ++frame) {
+            const double s = double(frame) / frames;
+            const ScalarField f = constantField(3) + (1 - s) * low + (s / 3) * high;
+            const auto grid = velocityGrid(Flow(f, middle, domain), {.voxel = 0.1, .layout = Layout::staggered});
+            for (auto value = grid->cbeginValueOn(); value && last; ++value)
+                if (length(centreOf(*grid, value.getCoord())) > 0.8)
+                    most = std::max(most,
+                                    static_cast<double>((*value - last->tree().getValue(value.getCoord())).length()));
+            last = grid;
+        }
+        return most;
+    };
+    const double few = change(40), many = change(80);
+    CAPTURE(few, many);
+    CHECK(many < 0.6 * few);
 }
 
 TEST_CASE("velocityGrid: staggered velocities are second-order accurate", "[vdb]") {

@@ -45,8 +45,9 @@ Voxels voxelsOf(const Flow& flow, const VelocityGridOptions& options);
 ///
 /// A voxel is active if its centre is in the domain's box and on the flow's side of its wall or within the wall fade.
 /// In the wall fade, f is multiplied by a factor β(d) that falls from 1 to 0. The flow there is ∇(βf) × ∇g, which is
-/// divergence-free. It stays tangential to the wall as far as trilinear interpolation reaches (1.75 voxels), and joins
-/// the background without a jump.
+/// divergence-free. (On a staggered grid, f and g are first exchanged or shifted by a constant where that adds less
+/// velocity.) It stays tangential to the wall as far as trilinear interpolation reaches (1.75 voxels), and joins the
+/// background without a jump.
 ///
 /// Staggered: the flux through a face is the circulation of f dg around its edges (Stokes, c = curl(f ∇g);
 /// docs/math.md), with f and g at the corners of the voxels in double. It is second-order accurate, and the fluxes of
