@@ -181,7 +181,11 @@ void Surface::occluded(std::span<const Ray> rays, double resolution, std::span<u
 LevelSet smoothed(const LevelSet& levelSet, int voxels) {
     if (voxels == 0) return levelSet;
     const auto grid = levelSet.grid->deepCopy();
+    // OpenVDB refuses some transforms (hasCubicVoxels() in vdb/DenseBox.h), which smoothing does not depend on.
+    const auto transform = grid->transformPtr();
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(levelSet.voxelSize()));
     openvdb::tools::LevelSetFilter<openvdb::FloatGrid>(*grid).gaussian(voxels);
+    grid->setTransform(transform);
     return {.grid = grid, .mesh = nullptr};
 }
 

@@ -75,4 +75,19 @@ inline openvdb::Mat4d linearMapOf(const openvdb::GridBase& grid) {
     return grid.transform().baseMap()->getAffineMap()->getMat4();
 }
 
+/// Returns whether the voxels of a grid are cubes. GridBase::hasUniformVoxels() has absolute tolerances: it takes many
+/// rotated cubes for other voxels, and all that are smaller than about 0.002.
+inline bool hasCubicVoxels(const openvdb::GridBase& grid) {
+    constexpr double kTolerance = 1e-6;
+    if (!grid.transform().isLinear()) return false;
+    const openvdb::Mat4d toWorld = linearMapOf(grid);
+    const auto edge = [&](int i) { return openvdb::Vec3d(toWorld(i, 0), toWorld(i, 1), toWorld(i, 2)); };
+    const double square = edge(0).lengthSqr();
+    bool cubes = square > 0 && std::isfinite(square);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j <= i; ++j)
+            cubes = cubes && std::abs(edge(i).dot(edge(j)) - (i == j ? square : 0)) <= kTolerance * square;
+    return cubes;
+}
+
 } // namespace curlew

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/vdb/GridField.h"
 
+#include "DenseBox.h"
 #include "SplineField.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/Memory.h"
@@ -71,8 +72,7 @@ void checkValues(const openvdb::FloatGrid& grid) {
 ScalarField gridField(const openvdb::GridBase& grid, const Monitor& monitor) {
     if (grid.activeVoxelCount() == 0)
         throw ValueError(fmt::format("grid '{}' has no active voxels; a field needs some", grid.getName()));
-    const openvdb::math::Transform& transform = grid.constTransform();
-    if (!transform.isLinear() || !transform.hasUniformScale())
+    if (!hasCubicVoxels(grid))
         throw ValueError(fmt::format("the voxels of grid '{}' are not cubes; resample it first", grid.getName()));
     checkCoordinates(grid);
     // Leaves for all active voxels, and for the voxels around them in which the spline still changes.

@@ -2,6 +2,7 @@
 #include "curlew/vdb/LevelSet.h"
 
 #include "BandSize.h"
+#include "DenseBox.h"
 #include "Enclosed.h"
 #include "SolidChecks.h"
 #include "curlew/vdb/MeshSolid.h"
@@ -67,8 +68,7 @@ LevelSet levelSetOf(const openvdb::GridBase::ConstPtr& grid) {
     if (floats->getGridClass() != openvdb::GRID_LEVEL_SET)
         throw ValueError(fmt::format("grid '{}' is not a level set; its class is '{}'", grid->getName(),
                                      openvdb::GridBase::gridClassToString(grid->getGridClass())));
-    const auto voxel = floats->voxelSize();
-    if (!floats->hasUniformVoxels() || !(voxel[0] > 0) || !floats->transform().isLinear())
+    if (!hasCubicVoxels(*floats))
         throw ValueError(fmt::format("level set '{}' must have cubic voxels", grid->getName()));
     if (!(floats->background() > 0) || !std::isfinite(floats->background()))
         throw ValueError(fmt::format("level set '{}' has background {}; it must be positive", grid->getName(),
@@ -76,7 +76,7 @@ LevelSet levelSetOf(const openvdb::GridBase::ConstPtr& grid) {
     const std::array<float, 3> greatest = greatestOf(*floats);
     if (!enclosesSomething(*floats)) throw ValueError(fmt::format("level set '{}' encloses nothing", grid->getName()));
     constexpr float kMarker = 4, kForeign = 2; // times the greatest distance
-    const auto size = static_cast<float>(voxel[0]);
+    const auto size = static_cast<float>(floats->voxelSize()[0]);
     size_t markers = 0; // one outside and another inside, at most
     for (size_t k = 0; k + 1 < greatest.size(); ++k)
         if (const float next = greatest[k + 1]; next > 0 && greatest[k] > std::max(kMarker * next, next + 2 * size))

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/vdb/Spectrum.h"
 
+#include "DenseBox.h"
 #include "curlew/base/Error.h"
 #include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
@@ -37,7 +38,7 @@ struct SpectrumSamples {
 openvdb::CoordBBox boxOf(const openvdb::Vec3SGrid& velocity) {
     const auto box = velocity.evalActiveVoxelBoundingBox();
     if (box.empty()) throw ValueError("a spectrum needs a grid with active voxels");
-    if (!velocity.hasUniformVoxels()) throw ValueError("a spectrum needs cubic voxels");
+    if (!hasCubicVoxels(velocity)) throw ValueError("a spectrum needs cubic voxels");
     const Coord dim = box.dim();
     if (std::min({dim[0], dim[1], dim[2]}) < 2)
         throw ValueError(fmt::format("a spectrum needs at least 2 voxels along each axis, not {} x {} x {}", dim[0],

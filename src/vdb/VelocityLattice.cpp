@@ -41,7 +41,7 @@ void requireFinite(const FloatGrid& component, const std::string& title) {
 /// Sets the frame of the lattice to that of a grid.
 void setFrame(VelocityLattice& lattice, const GridBase& grid) {
     const openvdb::Mat4d toWorld = linearMapOf(grid);
-    if (!grid.transform().hasUniformScale())
+    if (!hasCubicVoxels(grid))
         throw ValueError(fmt::format("the voxels of {} are not cubes; resample it first", titleOf(grid)));
     lattice.voxel = grid.voxelSize()[0];
     const openvdb::Mat4d toIndex = toWorld.inverse(); // row vectors: x_index = x_world M

@@ -249,6 +249,28 @@ TEST_CASE("moving mesh: a range of one frame has the velocities of that frame in
     requireSame(turned, "turned");
 }
 
+TEST_CASE("moving mesh: one that has its first form again is not rigid then", "[app]") {
+    const auto gridIn = [](const std::string& range, int wanted) {
+        Scenes scenes;
+        constexpr std::array kBends{0.0, 0.02, 0.03, 0.0, 0.02};
+        for (size_t f = 0; f < kBends.size(); ++f) {
+            const double turn = 0.3 * static_cast<double>(f);
+            scenes.session.provide("bar" + std::to_string(f + 1), bar(1 + turn, f > 0 ? kBends[f] / turn : 0, true),
+                                   DigestBuilder().add(f).digest());
+        }
+        openvdb::Vec3SGrid::ConstPtr grid;
+        scenes.session.onFrame = [&](int frame) {
+            if (frame == wanted)
+                grid = openvdb::gridConstPtrCast<openvdb::Vec3SGrid>(
+                    std::get<GridValue>(valueOf(scenes.session, Kind::velocity)).grid);
+        };
+        scenes.run("frames " + range + " fps=24\nread bar$F\nmesh2ls voxel=0.02\n" + kAround + "velocity voxel=0.05");
+        return grid;
+    };
+    const auto fromFirst = gridIn("1-5", 4), fromSecond = gridIn("2-5", 4);
+    for (auto v = fromFirst->cbeginValueOn(); v; ++v) REQUIRE(fromSecond->tree().getValue(v.getCoord()) == *v);
+}
+
 TEST_CASE("moving mesh: each frame on its own has the velocities of the whole range", "[app]") {
     using Grids = std::map<int, openvdb::Vec3SGrid::ConstPtr>;
     const auto gridsOf = [](const std::string& range, bool sameFaces, const std::string& body) {

@@ -321,6 +321,21 @@ TEST_CASE("levelSetOf: accepts only valid float level sets", "[vdb]") {
     CHECK_THROWS_WITH(levelSetOf(sphere), Catch::ContainsSubstring("cubic"));
 }
 
+TEST_CASE("levelSetOf: accepts cubic voxels of any size and rotation", "[vdb]") {
+    const auto sphere = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(1, {0, 0, 0}, 0.1f);
+    for (const double scale : {1e-3, 0.01, 1.0, 1e3}) {
+        auto grid = sphere->deepCopy();
+        grid->transform().postScale(scale);
+        for (int turns = 0; turns < 100; ++turns) {
+            grid->transform().postRotate(0.0654, turns % 2 == 0 ? openvdb::math::Y_AXIS : openvdb::math::Z_AXIS);
+            CAPTURE(scale, turns);
+            REQUIRE(levelSetOf(grid).voxelSize() == Approx(0.1 * scale));
+        }
+        grid->transform().postShear(0.01, openvdb::math::X_AXIS, openvdb::math::Y_AXIS);
+        CHECK_THROWS_WITH(levelSetOf(grid), Catch::ContainsSubstring("cubic"));
+    }
+}
+
 TEST_CASE("LevelSet: a spline has the same bits on a lattice as at single positions", "[vdb]") {
     // Finer and coarser than the voxels of 0.05; the coarsest is computed position by position.
     const auto step = GENERATE(0.013, 0.05, 0.077, 0.4);

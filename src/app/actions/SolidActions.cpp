@@ -125,6 +125,16 @@ Action combiningAction(const std::string& name, const std::string& summary, std:
 
 // --- moving
 
+/// Returns where a level set is once it has been placed, perhaps not for the first time.
+PlacedGrid placedFrom(const GridValue& levelSet, const Placement& placement) {
+    const PlacedGrid from = levelSet.placed.value_or(PlacedGrid{.original = levelSet.grid});
+    const Matrix3 turn = rotationOf(placement);
+    const double scale = placement.scale[0];
+    return {.original = from.original,
+            .pose = {turn * from.pose.axes, turn * (from.pose.origin * scale) + placement.offset},
+            .scale = from.scale * scale};
+}
+
 void move(Context& c, const Arguments& a) {
     const double scale = a.real("scale");
     const Placement placement{
@@ -134,7 +144,8 @@ void move(Context& c, const Arguments& a) {
         c.give(std::make_shared<const Mesh>(placed(*c.mesh("what"), placement)));
     } else if (kind == Kind::levelSet) {
         const LevelSet levelSet = placed(solidIn(c, a, "what", {}, false), placement);
-        c.give(GridValue{levelSet.grid, levelSet.mesh});
+        c.give(
+            GridValue{.grid = levelSet.grid, .mesh = levelSet.mesh, .placed = placedFrom(c.grid("what"), placement)});
     } else {
         c.give(GridValue{placed(*c.grid("what").grid, placement)});
     }

@@ -49,7 +49,7 @@ struct BoxOfValue {
         return box.finite() ? std::optional(box) : std::nullopt;
     }
     std::optional<Box> operator()(const GridValue& value) const {
-        if (value.body && value.body->first->mesh) return boxOfBody(*value.body);
+        if (value.body) return boxOfBody(*value.body);
         if (value.mesh) return (*this)(value.mesh);
         if (value.grid->getGridClass() == openvdb::GRID_LEVEL_SET) return boundsOf(levelSetOf(value.grid));
         return boxOf(*value.grid);
@@ -69,11 +69,20 @@ struct BoxOfValue {
         for (size_t k = 0; k < curves->vertices(); ++k) around.add(curves->position(k));
         return around.box();
     }
-    static std::optional<Box> boxOfBody(const RigidBody& body) {
+    std::optional<Box> boxOfBody(const RigidBody& body) const {
         const Matrix3 turn = body.now.axes * transpose(body.home.axes);
         Around around;
-        for (const auto& p : body.first->mesh->points)
-            around.add(turn * (worldOf(openvdb::Vec3d(p)) - body.home.origin) + body.now.origin);
+        const auto add = [&](const Vec3d& p) { around.add(turn * (p - body.home.origin) + body.now.origin); };
+        if (body.first->mesh) {
+            for (const auto& p : body.first->mesh->points) add(worldOf(openvdb::Vec3d(p)));
+        } else if (const auto box = (*this)(*body.first)) {
+            for (int corner = 0; corner < 8; ++corner) {
+                Vec3d p = box->lower;
+                for (int axis = 0; axis < 3; ++axis)
+                    if (corner >> axis & 1) p[axis] = box->upper[axis];
+                add(p);
+            }
+        }
         return around.box();
     }
     template <class Other>

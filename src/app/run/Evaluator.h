@@ -73,7 +73,7 @@ class Evaluator {
     void sayShares() const;
 
     // --- values, for Context
-    /// How a level set of a rigid mesh is wanted at a moment other than that of the current frame.
+    /// How a level set of a rigid body is wanted at a moment other than that of the current frame.
     enum class As {
         body,    ///< That of the first frame, with the pose at the moment: cheap, for actions that apply the pose.
         samples, ///< Sampled, as it is between two frames.
@@ -88,10 +88,11 @@ class Evaluator {
     // Meshes whose faces correspond from frame to frame (EvaluatorMeshes.cpp).
     FrameClock frameBefore(const FrameClock& clock) const { return mPlan->clock(clock.frame - mPlan->by); }
     std::optional<Link> meshOf(const Link& levelSet) const;
+    Value valueIn(const Link& link, const FrameClock& clock);
     MeshPointer meshIn(const Link& mesh, const FrameClock& clock);
     std::optional<MeshKeys> meshKeys(const Link& mesh, const FrameClock& clock);
     void followMesh(const Link& levelSet, const FrameClock& clock, const GridValue& from, const GridValue& to);
-    const RigidFit* fitIn(const Link& mesh, const FrameClock& clock);
+    const RigidFit* fitIn(const Link& moved, const FrameClock& clock);
     std::optional<RigidBody> bodyAt(const Link& levelSet, const FrameClock& clock, double part);
     Value asBody(const Link& link, Value value, const std::optional<FrameClock>& clock);
     GridValue withWayAhead(const Link& link, const Link& mesh, const GridValue& grid);
@@ -126,7 +127,8 @@ class Evaluator {
     std::map<Link, size_t> mLastUse; ///< The last node that uses an object; kWantedLater if it is needed afterwards.
     std::list<Remembered> mRemembered;
     std::map<Link, std::shared_ptr<const GridValue>> mFirstForms; ///< Level sets of rigid bodies in the first frame.
-    std::map<std::pair<Link, int>, RigidFit> mFits; ///< Rigid fits of meshes from the first frame, by frame.
+    /// Rigid fits of meshes and of moved level sets from the first frame, by frame.
+    std::map<std::pair<Link, int>, RigidFit> mFits;
     std::vector<Timing> mTimings;
 };
 

@@ -7,8 +7,8 @@
 
 namespace curlew::app {
 
-// Meshes that move from frame to frame, and the level sets made from them. The mesh may come from any node of the
-// frames, as long as its faces do not change.
+// Meshes that move from frame to frame, the level sets made from them, and level sets that -move moves. The mesh may
+// come from any node of the frames, as long as its faces do not change.
 
 /// Returns the mesh that a level set is made from, if that is the node's only input and changes with time.
 std::optional<Link> Evaluator::meshOf(const Link& levelSet) const {
@@ -25,19 +25,24 @@ std::optional<Link> Evaluator::meshOf(const Link& levelSet) const {
     return mesh && !steady(*mesh) ? mesh : std::nullopt;
 }
 
-/// Returns the mesh in a frame; null if there is none or it cannot be read.
-MeshPointer Evaluator::meshIn(const Link& mesh, const FrameClock& clock) {
-    if (mesh.from != Link::From::node || mAdvances[mesh.index]) return {};
+/// Returns an object in a frame; an empty one if there is none or it cannot be made.
+Value Evaluator::valueIn(const Link& link, const FrameClock& clock) {
+    if (link.from != Link::From::node || mAdvances[link.index]) return {};
     try {
-        const ResultPointer result = resultInFrame(mesh.index, clock);
-        if (!result || mesh.output >= result->outputs.size()) return {};
-        const auto* found = std::get_if<MeshPointer>(&result->outputs[mesh.output]);
-        return found ? *found : nullptr;
+        const ResultPointer result = resultInFrame(link.index, clock);
+        return result && link.output < result->outputs.size() ? result->outputs[link.output] : Value{};
     } catch (const Interrupted&) {
         throw;
     } catch (const Error&) {
         return {}; // the frame is outside of the available ones
     }
+}
+
+/// Returns the mesh in a frame; null if there is none or it cannot be read.
+MeshPointer Evaluator::meshIn(const Link& mesh, const FrameClock& clock) {
+    const Value value = valueIn(mesh, clock);
+    const auto* found = std::get_if<MeshPointer>(&value);
+    return found ? *found : nullptr;
 }
 
 namespace {
@@ -79,46 +84,72 @@ void Evaluator::followMesh(const Link& levelSet, const FrameClock& clock, const 
     mSession.mSdfs->addDeformation(before ? &*before : nullptr, from, to, *keys, clock.duration);
 }
 
-/// Returns the rigid fit of the first frame's mesh to that of this frame; nullptr if the motion is not rigid.
-const RigidFit* Evaluator::fitIn(const Link& mesh, const FrameClock& clock) {
-    const std::pair key(mesh, clock.frame);
+namespace {
+
+/// Returns the rigid fit of one mesh to another, or of a level set that -move has placed to where it has placed it
+/// later; the residual is infinite if it is not the same body.
+RigidFit fitOf(const Value& from, const Value& to) {
+    const auto *mesh = std::get_if<MeshPointer>(&from), *moved = std::get_if<MeshPointer>(&to);
+    if (mesh && moved && *mesh && *moved && correspond(**mesh, **moved)) return rigidFit(**mesh, **moved);
+    const auto *grid = std::get_if<GridValue>(&from), *later = std::get_if<GridValue>(&to);
+    if (grid && later && grid->placed && later->placed && grid->placed->original == later->placed->original &&
+        grid->placed->scale == later->placed->scale)
+        return {.home = grid->placed->pose, .now = later->placed->pose};
+    RigidFit none;
+    none.residual = std::numeric_limits<double>::infinity();
+    return none;
+}
+
+} // namespace
+
+/// Returns the rigid fit of a mesh or a placed level set in the first frame to that in this one; nullptr if the motion
+/// is not rigid.
+const RigidFit* Evaluator::fitIn(const Link& moved, const FrameClock& clock) {
+    const std::pair key(moved, clock.frame);
     auto known = mFits.find(key);
-    if (known == mFits.end()) {
-        RigidFit fit;
-        fit.residual = std::numeric_limits<double>::infinity();
-        const MeshPointer first = meshIn(mesh, mPlan->startClock()), now = meshIn(mesh, clock);
-        if (first && now && correspond(*first, *now)) fit = rigidFit(*first, *now);
-        known = mFits.emplace(key, fit).first;
-    }
+    if (known == mFits.end())
+        known = mFits.emplace(key, fitOf(valueIn(moved, mPlan->startClock()), valueIn(moved, clock))).first;
     return known->second.rigid() ? &known->second : nullptr;
 }
 
-/// Returns a rigid body at the fraction `part` of the way to this frame; nullopt if the mesh is not rigid.
+/// Returns a rigid body at the fraction `part` of the way to this frame; nullopt if the level set or its mesh is not
+/// rigid.
 std::optional<RigidBody> Evaluator::bodyAt(const Link& levelSet, const FrameClock& clock, double part) {
-    if (!mPlan || steady(levelSet)) return {};
+    if (!mPlan || levelSet.from != Link::From::node || steady(levelSet)) return {};
     const auto mesh = meshOf(levelSet);
-    if (!mesh) return {};
-    const RigidFit* to = fitIn(*mesh, clock);
-    if (!to) return {};
-    // The first frame's mesh always fits itself. Whether it is rigid, the next one shows, if there is one.
-    const FrameClock next = mPlan->clock(clock.frame + mPlan->by);
-    if (clock.duration == 0 && meshIn(*mesh, next) && !fitIn(*mesh, next)) return {};
-    PoseKeys keys{.from = to->now, .to = to->now};
-    if (clock.duration > 0 && part < 1) {
-        const FrameClock before = frameBefore(clock);
-        const RigidFit* from = fitIn(*mesh, before);
-        if (!from) return {};
-        keys.from = from->now;
-        if (before.frame > mPlan->start)
-            if (const RigidFit* fit = fitIn(*mesh, frameBefore(before))) keys.before = fit->now;
-        if (const RigidFit* fit = fitIn(*mesh, mPlan->clock(clock.frame + mPlan->by))) keys.after = fit->now;
+    if (!mesh) {
+        const ResultPointer& now = mResults[levelSet.index];
+        const auto* grid = now && levelSet.output < now->outputs.size()
+                               ? std::get_if<GridValue>(&now->outputs[levelSet.output])
+                               : nullptr;
+        if (!grid || !grid->placed) return {};
     }
+    const Link moved = mesh ? *mesh : levelSet;
+    // It is rigid if it is so in all frames that its motion depends on, as far as they exist. One that changes its form
+    // may have that of the first frame again.
+    const RigidFit* to = fitIn(moved, clock);
+    if (!to) return {};
+    bool rigid = true;
+    const auto poseIn = [&](const FrameClock& at) -> std::optional<Pose> {
+        if (const RigidFit* fit = fitIn(moved, at)) return fit->now;
+        rigid = rigid && std::holds_alternative<std::monostate>(valueIn(moved, at));
+        return {};
+    };
+    PoseKeys keys{.from = to->now, .to = to->now, .after = poseIn(mPlan->clock(clock.frame + mPlan->by))};
+    if (clock.duration > 0) {
+        const FrameClock before = frameBefore(clock);
+        const auto from = poseIn(before);
+        if (!from && part < 1) return {};
+        keys.from = from.value_or(to->now);
+        if (before.frame > mPlan->start) keys.before = poseIn(frameBefore(before));
+    }
+    if (!rigid) return {};
     auto& first = mFirstForms[levelSet];
     if (!first) {
         const ResultPointer result = resultInFrame(levelSet.index, mPlan->startClock());
         first = std::make_shared<const GridValue>(std::get<GridValue>(result->outputs.at(levelSet.output)));
     }
-    return RigidBody{.first = first, .home = to->home, .now = poseBetween(keys, part)};
+    return RigidBody{.first = first, .home = to->home, .now = part < 1 ? poseBetween(keys, part) : to->now};
 }
 
 /// Returns the level set of the first frame as the beginning of its way to the next frame, which need not be one that
@@ -179,7 +210,8 @@ bool dependsOnOtherFrames(const NodeResult& result) {
 /// Returns the level set of a frame, with its rigid body if it has one.
 Value Evaluator::asBody(const Link& link, Value value, const std::optional<FrameClock>& clock) {
     auto* grid = std::get_if<GridValue>(&value);
-    if (grid && clock && grid->mesh && link.from == Link::From::node) grid->body = bodyAt(link, *clock, 1);
+    if (grid && clock && (grid->mesh || grid->placed) && link.from == Link::From::node)
+        grid->body = bodyAt(link, *clock, 1);
     return value;
 }
 

@@ -55,15 +55,23 @@ struct RigidBody {
     Pose home = {}, now = {};
 };
 
+/// Where -move has placed a level set.
+struct PlacedGrid {
+    std::shared_ptr<const openvdb::GridBase> original;
+    Pose pose = {};
+    double scale = 1;
+};
+
 struct GridValue {
     std::shared_ptr<const openvdb::GridBase> grid;
     std::shared_ptr<const Mesh> mesh = {}; ///< Set if the grid is a level set of a mesh.
+    std::optional<PlacedGrid> placed = {}; ///< Set if the grid is a level set that -move has placed.
     /// Between two frames: the grid of the earlier frame, and the fraction of the interval between the frames that has
     /// passed.
     std::shared_ptr<const GridValue> earlier = {};
     double part = 1;
-    /// Set if the grid is a level set of a mesh that moves as a rigid body. Distances are then computed from it instead
-    /// of the grid.
+    /// Set if the grid is a level set that moves as a rigid body, by itself or as its mesh does. Distances are then
+    /// computed from it instead of the grid.
     std::optional<RigidBody> body = {};
 };
 
