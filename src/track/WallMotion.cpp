@@ -3,6 +3,7 @@
 
 #include "AroundWall.h"
 #include "BatchAdvector.h"
+#include "PerDistance.h"
 #include "RigidPotentials.h"
 #include "curlew/field/Algebra.h"
 #include "curlew/field/ForEachBatch.h"
@@ -149,13 +150,9 @@ void WallMotion::carryWithSurface(std::vector<Vec3d>& points, const Monitor& mon
         for (int i = 0; i < p.size; ++i) {
             const auto b = before[i], a = after[i], d = b * (1 - s) + a * s;
             const double beta = 1 - quinticFade(std::abs(d.value) / mFrom.width).value;
-            const double squared = dot(d.gradient, d.gradient);
-            if (!(squared > 0)) {
-                v.set(i, Vec3d{});
-                continue;
-            }
-            Vec3d u = d.gradient * ((b.value - a.value) / squared);
-            if (mSlide > 0) u += slide[i] - d.gradient * (dot(slide[i], d.gradient) / squared);
+            const Vec3d normal = perDistance(d.gradient);
+            Vec3d u = normal * (b.value - a.value);
+            if (mSlide > 0) u += slide[i] - normal * dot(slide[i], d.gradient);
             v.set(i, u * beta);
         }
     };

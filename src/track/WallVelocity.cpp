@@ -2,6 +2,7 @@
 #include "curlew/track/WallVelocity.h"
 
 #include "AroundWall.h"
+#include "PerDistance.h"
 #include "RigidPotentials.h"
 #include "curlew/base/Error.h"
 #include "curlew/field/Algebra.h"
@@ -114,11 +115,10 @@ void WallVelocity::eval(const PointBatch& points, VecBatch<double>& velocity) co
     const Share share{Side::both, mWall.width};
     for (int i = 0; i < points.size; ++i) {
         const auto d = now[i];
-        const double squared = dot(d.gradient, d.gradient);
         const double change = derivative(d.value, next[i].value, afterNext[i].value, mStep);
-        if (!(squared > 0)) continue;
-        Vec3d w = d.gradient * (-change / squared);
-        if (surface) w += slide[i] - d.gradient * (dot(slide[i], d.gradient) / squared);
+        const Vec3d normal = perDistance(d.gradient);
+        Vec3d w = normal * -change;
+        if (surface) w += slide[i] - normal * dot(slide[i], d.gradient);
         velocity.set(i, w * share.at(d.value).value);
     }
 }

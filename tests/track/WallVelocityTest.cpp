@@ -35,6 +35,19 @@ struct Motion {
     }
 };
 
+/// The distance from two walls at x = ±h; smooth, so that its gradient vanishes between them.
+struct Gap {
+    double h;
+    template <int Order, class T>
+    Jet<T, 3, Order> at(const Vec3d& p) const {
+        Jet<T, 3, Order> square(static_cast<T>(p[0] * p[0] + 1e-4));
+        if constexpr (Order >= 1) square.gradient[0] = static_cast<T>(2 * p[0]);
+        if constexpr (Order >= 2) square.hessian.c[0] = T(2);
+        return Jet<T, 3, Order>(static_cast<T>(h)) - sqrt(square);
+    }
+    double maxAbs() const { return 2; }
+};
+
 Vec3d velocityAt(const WallVelocity& wall, const Vec3d& p) {
     PointBatch points;
     points.push(p);
@@ -48,6 +61,18 @@ Vec3d velocityOf(const Points& p, size_t k) {
 }
 
 } // namespace
+
+TEST_CASE("WallVelocity: is bounded midway between two walls that close", "[track]") {
+    const auto wallAt = [](double h) {
+        return Wall{.sdf = {.distance = ScalarField(Gap{h}), .bounds = {}}, .side = Side::outside, .width = kWidth};
+    };
+    const double speed = 0.5;
+    const WallVelocity wall(wallAt(0.1), wallAt(0.1 - speed * kStep), wallAt(0.1 - 2 * speed * kStep), kStep, cube(1));
+    REQUIRE_FALSE(wall.rigid());
+    CHECK(velocityAt(wall, {{0.1, 0, 0}})[0] == Approx(-speed).epsilon(0.02));
+    for (double x = 1e-9; x < 0.1; x *= 1.5) CHECK(length(velocityAt(wall, {{x, 0, 0}})) < 2.3 * speed);
+    for (double x = 1e-9; x < 1e-4; x *= 1.5) CHECK(length(velocityAt(wall, {{x, 0, 0}})) < 0.1 * speed);
+}
 
 TEST_CASE("WallVelocity: equals the velocity of a rigid wall at the wall and zero beyond the layer", "[track]") {
     const Motion motion;

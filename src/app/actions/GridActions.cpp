@@ -2,6 +2,7 @@
 #include "Actions.h"
 #include "GpuOption.h"
 #include "MovingWall.h"
+#include "curlew/app/language/Frames.h"
 #include "curlew/app/registry/Text.h"
 #include "curlew/base/Random.h"
 #include "curlew/flow/FlowScale.h"
@@ -75,7 +76,8 @@ void warnOfThinParts(const Context& c, const SolidFigures& figures, double voxel
     if (!(figures.thin > kWorthAWarning)) return;
     const std::string missing =
         figures.missing > kWorthAWarning
-            ? fmt::format(", {:.1f} % by parts thinner than one, which the level set may lack", 100 * figures.missing)
+            ? fmt::format(", {:.1f} % to parts thinner than one voxel, which the level set may lack",
+                          100 * figures.missing)
             : "";
     const std::string enough = roundedDown(std::min(figures.enough, voxel));
     const std::string folds =
@@ -178,8 +180,12 @@ void warnOfCoarseVoxels(const Context& c, const Flow& flow, double voxel) {
 /// Returns the current velocity of the flow's wall: from its motion since the previous frame or, in the first frame, to
 /// the next one.
 std::optional<WallVelocity> movingWall(const Context& c) {
-    const double frame = c.clock() && c.clock()->duration > 0 ? -c.clock()->duration : 1 / c.moment().fps;
-    return wallVelocity(c.flowInTime("flow"), c.moment().time, frame);
+    double interval = 1 / c.moment().fps;
+    if (c.clock()) {
+        interval *= framePlanOf(*c.graph().frameRange).by;
+        if (c.clock()->duration > 0) interval = -c.clock()->duration;
+    }
+    return wallVelocity(c.flowInTime("flow"), c.moment().time, interval);
 }
 
 /// Returns the velocity of the air that the wall displaces, as a potential flow.
