@@ -18,11 +18,13 @@ import json
 import statistics
 import sys
 import time
+import traceback
 from pathlib import Path
 
 import bpy
 
 HERE = Path(__file__).resolve().parent
+LONGEST = 60  # seconds for a preview to appear
 ACTIONS = {"noise", "bound", "dfvn", "wind"}  # whose options are changed
 
 # The options, with their values in round k for an object of size 2, and for a node with this number.
@@ -73,6 +75,8 @@ def timed(preview, tree, change, rounds, medians, name):
         if bpy.app.background:
             preview.show(tree, bpy.context.scene)
         while not shown_at:
+            if time.perf_counter() - began > LONGEST:
+                raise TimeoutError(f"{name}: no preview within {LONGEST} s")
             yield
         taken.append((1000 * (shown_at[0] - began), 1000 * (time.process_time() - used)))
     preview.show = shows
@@ -91,9 +95,13 @@ class Rounds(bpy.types.Operator):
         if event.type == "TIMER":
             try:
                 next(Rounds.rounds)
+                return {"RUNNING_MODAL"}
             except StopIteration:
-                bpy.ops.wm.quit_blender()
-                return {"FINISHED"}
+                pass
+            except Exception:  # Blender would stay open
+                traceback.print_exc()
+            bpy.ops.wm.quit_blender()
+            return {"FINISHED"}
         return {"RUNNING_MODAL"}
 
     def invoke(self, context, _event):

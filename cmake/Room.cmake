@@ -20,6 +20,8 @@ target_compile_options(curlew_options INTERFACE
   $<$<AND:$<CXX_COMPILER_ID:GNU>,$<BOOL:${CURLEW_BATCHES}>>:-Wno-subobject-linkage>
   # Clang's -Wconversion would include it, GCC's does not in C++.
   $<$<CXX_COMPILER_ID:Clang>:-Wno-sign-conversion>
+  # Kernels combine comparisons with & and |, which are those of lanes or of single numbers.
+  $<$<CXX_COMPILER_ID:Clang>:-Wno-bitwise-instead-of-logical>
   # The same bits everywhere: no implicit contraction; fused multiply-add only if written explicitly.
   -ffp-contract=off
   # Nothing reads errno or the floating-point flags after a square root. Does not change values.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Parallel.h"
 
+#include "curlew/base/Error.h"
+
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -42,6 +44,8 @@ void parallelFor(size_t count, size_t grain, const std::function<void(size_t, si
             }
         },
         tbb::simple_partitioner());
+    // Within a loop that is cancelled, TBB leaves this one unfinished, without an exception.
+    if (tbb::is_current_task_group_canceling()) throw Interrupted();
 }
 
 void isolated(const std::function<void()>& work) {

@@ -99,8 +99,10 @@ struct MarchKernel {
             // On the first side.
             const T L(o.lipschitz), radius = max(height, zero) / L;
             const T reach = get(rays.reach);
-            const auto found = beyond >= zero, skips = (t - radius > reach) & !found;
-            const auto arrives = (height <= zero) & !(found | skips), brackets = found | arrives;
+            const auto found = beyond >= zero;
+            const auto skips = (t - radius > reach) & !found;
+            const auto arrives = (height <= zero) & !(found | skips);
+            const auto brackets = found | arrives;
             const T least = max(select(slope < zero, min(-down, resolution), resolution), T(1e-3) * resolution);
             const T meets = T(2 * kCaution) * radius / (one - min(slope / L, T(0.5)));
             const T ahead = select(skips, reach, min(t + max(max(radius, meets), least), end));

@@ -142,7 +142,8 @@ class LightPainter {
         const float middle = 0.5f * (a.depth + b.depth), fade = mBins.fade(k);
         if (dx * dx + dy * dy <= kShort * kShort && error <= kColorError) return addShort(a, b, middle, fade);
         const Stroke s(mBins, k);
-        // The error of a curve shrinks with the square of a piece's length. Below a pixel, it does not show.
+        // The error of a curve shrinks with the square of a piece's length (at a kink of the colour map, with the
+        // length). Below a pixel, it does not show.
         const float colors = std::min(std::sqrt(error / kColorError), std::max(s.length, 1.0f));
         const float pieces = std::max(s.length / std::max(kShort, 4 * s.radius), colors);
         if (pieces <= 1) return addShort(a, b, middle, fade);
@@ -251,36 +252,36 @@ void resolveTile(const SplatTile& tile, const std::vector<Sample>& samples, std:
         }
 }
 
-/// Calls visit(position) for each finite position, or for each of some that are spread evenly over the list.
-template <class Visit>
-void forFinite(const Splats& splats, size_t every, const Visit& visit) {
-    for (size_t k = 0; k < splats.x.size(); k += every) {
-        const Vec3d p{{splats.x[k], splats.y[k], splats.z[k]}};
-        if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) visit(p);
-    }
-}
+Vec3d positionOf(const Splats& splats, size_t k) { return {{splats.x[k], splats.y[k], splats.z[k]}}; }
+bool isFinite(const Vec3d& p) { return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]); }
 
-Box boundsOf(const Splats& splats, size_t every) {
+Box boundsOf(const Splats& splats) {
     Box box{Vec3d{{1, 1, 1}} * HUGE_VAL, Vec3d{{1, 1, 1}} * -HUGE_VAL};
-    forFinite(splats, every, [&](const Vec3d& p) {
+    for (size_t k = 0; k < splats.x.size(); ++k) {
+        const Vec3d p = positionOf(splats, k);
+        if (!isFinite(p)) continue;
         for (int axis = 0; axis < 3; ++axis) {
             box.lower[axis] = std::min(box.lower[axis], p[axis]);
             box.upper[axis] = std::max(box.upper[axis], p[axis]);
         }
-    });
+    }
     if (!(box.lower[0] <= box.upper[0])) throw ValueError("there is nothing to draw: no point has a finite position");
     return box;
 }
 
-/// Returns the positions of the splats without the outliers in the picture.
-std::vector<Vec3d> withoutStrays(const Splats& splats, size_t every, const Camera& far) {
+/// Returns enough positions of the splats, without the outliers in the picture. Of few positions none is an outlier.
+std::vector<Vec3d> withoutStrays(const Splats& splats, const Camera& far) {
+    constexpr size_t kFew = 200; // the outermost of these are at the percentiles 0.5 and 99.5
     std::vector<Vec3d> points;
     std::vector<double> across, upwards;
-    forFinite(splats, every, [&](const Vec3d& p) {
+    forEnough(splats.x.size(), [&](size_t k) {
+        const Vec3d p = positionOf(splats, k);
+        if (!isFinite(p)) return;
         points.push_back(p);
         across.push_back(dot(p, far.right()));
         upwards.push_back(dot(p, far.up()));
     });
+    if (points.size() < kFew) return points;
     const auto rangeOf = [](std::vector<double> values) {
         const Interval range = percentiles(std::move(values), 0.005, 0.995);
         const double margin = kStrays * (range.upper - range.lower);
@@ -313,17 +314,17 @@ Splats Splats::of(const Curves& curves) {
     return splats;
 }
 
-Box Splats::bounds() const { return boundsOf(*this, 1); }
+Box Splats::bounds() const { return boundsOf(*this); }
 
 Camera framing(const Splats& splats, const std::optional<Domain>& domain, CameraOptions options) {
     std::vector<Vec3d> points = domain ? placesOnWall(*domain) : std::vector<Vec3d>();
     if (splats.x.empty() && points.empty() && domain) return Camera::around(domain->box, options);
     if (!splats.x.empty()) {
-        const size_t every = splats.x.size() / kEnoughSplats + 1;
-        const Box bounds = boundsOf(splats, every);
+        const Box bounds = boundsOf(splats);
         const Camera far = Camera::around(bounds.padded(std::max(1e-6 * length(bounds.size()), 1e-9)), options);
-        const std::vector<Vec3d> seen = withoutStrays(splats, every, far);
-        if (points.empty() && seen.size() < 2) return far;
+        const std::vector<Vec3d> seen = withoutStrays(splats, far);
+        const bool onePlace = bounds.size() == Vec3d{} || seen.size() < 2;
+        if (points.empty() && onePlace) return far;
         points.insert(points.end(), seen.begin(), seen.end());
     }
     options.margin = kFramingMargin;

@@ -66,7 +66,8 @@ class SplatBins {
   private:
     static float unit(float value) { return std::clamp(value, 0.0f, 1.0f); }
     size_t colorIndex(float value) const {
-        return static_cast<size_t>(unit(value) * static_cast<float>(mLook.lastColor) + 0.5f);
+        const float rounded = unit(value) * static_cast<float>(mLook.lastColor) + 0.5f;
+        return static_cast<size_t>(rounded);
     }
     /// Returns the sum of the changes of the colours' slope from below the scale to a value.
     float slopesBefore(float value) const {

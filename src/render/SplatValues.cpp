@@ -71,8 +71,9 @@ std::vector<float> splatValues(const Curves& c, SplatValue by, const Camera& cam
 Interval splatRange(const std::vector<float>& values, SplatValue by) {
     if (by == SplatValue::id || by == SplatValue::index) return {0, 1};
     std::vector<float> some;
-    for (size_t k = 0; k < values.size(); k += values.size() / kEnoughSplats + 1)
+    forEnough(values.size(), [&](size_t k) {
         if (std::isfinite(values[k])) some.push_back(values[k]);
+    });
     if (some.empty()) return {0, 1};
     const Interval range = percentiles(std::move(some), 0.02, 0.98);
     return range.lower < range.upper ? range : Interval{range.lower - 0.5, range.lower + 0.5};

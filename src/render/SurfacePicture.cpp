@@ -22,17 +22,19 @@ struct Drawn {
     std::array<std::optional<AdvectResult>, 2> carried; ///< Of the far side and the near one.
 };
 
-/// Returns the hits of a coarse grid of rays; if they are few, those of one ray per pixel.
-std::vector<Vec3d> typicalHits(const Surface& surface, const Camera& camera, const Monitor& monitor) {
+/// Returns the hits of a coarse grid of rays; if they are few, those of one ray per pixel; if none of these hits, of
+/// all rays.
+std::vector<Vec3d> typicalHits(const Surface& surface, const Camera& camera, int samples, const Monitor& monitor) {
     constexpr size_t kEnough = 1000;
     std::vector<Vec3d> hits = visiblePoints(surface, camera);
-    return hits.size() < kEnough ? positionsOf(viewSurface(surface, camera, 1, monitor)) : hits;
+    if (hits.size() < kEnough) hits = positionsOf(viewSurface(surface, camera, 1, monitor));
+    return hits.empty() ? positionsOf(viewSurface(surface, camera, samples, monitor)) : hits;
 }
 
 } // namespace
 
 CarriedTexture& CarriedTexture::operator+=(const AdvectResult& part) {
-    const double steps = static_cast<double>(substeps), more = static_cast<double>(part.substeps);
+    const auto steps = static_cast<double>(substeps), more = static_cast<double>(part.substeps);
     if (more > 0) meanIterations += (part.meanIterations - meanIterations) * (more / (steps + more));
     notConverged += part.notConverged;
     retries += part.retries;
@@ -52,8 +54,8 @@ SurfacePicture drawSurface(const Surface& surface, const Camera& camera, const S
     SurfacePicture picture{.image = behind ? *behind : backgroundPicture(camera, o.look, monitor.quiet())};
     SurfacePaint paint = o.paint;
     if (!paint.range && (paint.source || paint.texture == Texture::lic))
-        paint.range = paintRange(typicalHits(surface, camera, monitor.quiet()), resolutionOf(surface, camera), paint,
-                                 monitor.quiet());
+        paint.range = paintRange(typicalHits(surface, camera, o.samples, monitor.quiet()),
+                                 resolutionOf(surface, camera), paint, monitor.quiet());
     const int height = camera.height();
     std::vector<Drawn> drawn(static_cast<size_t>((height + kRows - 1) / kRows));
     const auto draw = [&](size_t part) {

@@ -7,8 +7,10 @@
 
 #include <openvdb/tools/Prune.h>
 #include <openvdb/tools/ValueTransformer.h>
+#include <openvdb/tree/LeafManager.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace curlew {
@@ -219,25 +221,26 @@ Vec3SGrid::Ptr collocated(const Vec3SGrid& staggered) {
     }
     auto centred = staggered.deepCopy();
     centred->setGridClass(openvdb::GRID_UNKNOWN);
-    // A face is shared by two voxels, so the voxel below an active one along each axis is active too.
-    const auto faces = staggered.getConstAccessor();
-    auto access = centred->getAccessor();
-    for (auto value = staggered.cbeginValueOn(); value; ++value) {
-        for (int axis = 0; axis < 3; ++axis) {
-            openvdb::Coord below = value.getCoord();
-            --below[axis];
-            if (!faces.isValueOn(below)) access.setValueOn(below);
+    // A voxel has its lower faces. If it lacks upper ones, it is either at a wall, where they rest, or in the last
+    // layer at a side of the grid, where they are taken to move as the lower ones do.
+    constexpr float kClosed = 1e-3f; // of the flow through all faces
+    openvdb::tree::LeafManager<openvdb::Vec3STree> leaves(centred->tree());
+    leaves.foreach ([&](auto& leaf, size_t) {
+        const openvdb::tree::ValueAccessor<const openvdb::Vec3STree> faces(staggered.tree());
+        for (auto value = leaf.beginValueOn(); value; ++value) {
+            const openvdb::Vec3s lower = *value;
+            openvdb::Vec3s upper, continued;
+            float sum = 0, size = 0;
+            for (int axis = 0; axis < 3; ++axis) {
+                openvdb::Coord above = value.getCoord();
+                ++above[axis];
+                upper[axis] = faces.getValue(above)[axis];
+                continued[axis] = faces.isValueOn(above) ? upper[axis] : lower[axis];
+                sum += upper[axis] - lower[axis];
+                size += std::abs(upper[axis]) + std::abs(lower[axis]);
+            }
+            value.setValue(0.5f * (lower + (std::abs(sum) <= kClosed * size ? upper : continued)));
         }
-    }
-    openvdb::tools::foreach (centred->beginValueOn(), [&staggered](const Vec3SGrid::ValueOnIter& value) {
-        const openvdb::Coord ijk = value.getCoord();
-        openvdb::Vec3s mean;
-        for (int axis = 0; axis < 3; ++axis) {
-            openvdb::Coord above = ijk;
-            ++above[axis];
-            mean[axis] = 0.5f * (staggered.tree().getValue(ijk)[axis] + staggered.tree().getValue(above)[axis]);
-        }
-        value.setValue(mean);
     });
     return centred;
 }

@@ -4,6 +4,7 @@
 #include "curlew/base/Random.h"
 #include "curlew/picture/Display.h"
 #include "curlew/render/Splat.h"
+#include "curlew/render/SplatValues.h"
 #include "support/Catch.h"
 
 #include <cmath>
@@ -382,4 +383,22 @@ TEST_CASE("framing: fits all splats except outliers", "[render]") {
     one.add(1, 2, 3);
     CHECK(framing(one.points(), {}).project({{1, 2, 3}}).x == Approx(480)); // around its padded box
     CHECK_THROWS_AS(framing(Positions().points(), {}), ValueError);
+    // Several in one place are framed like one, and of few none is an outlier.
+    Positions together, few;
+    for (int k = 0; k < 3; ++k) together.add(1, 2, 3);
+    CHECK(framing(together.points(), {}).project({{1, 2, 3}}).x == Approx(480));
+    for (const double x : {0.0, 0.0, 0.0, 50.0}) few.add(x, 0, 0);
+    const auto at = framing(few.points(), {}).project({{50, 0, 0}});
+    CHECK((at.x > 0 && at.x < 960));
+}
+
+TEST_CASE("splatRange: does not depend on how long the curves of a long list are", "[render]") {
+    for (const size_t length : {2, 5, 20}) {
+        std::vector<float> values(2 * kEnoughSplats);
+        for (size_t k = 0; k < values.size(); ++k) values[k] = static_cast<float>(k % length);
+        const Interval range = splatRange(values, SplatValue::speed);
+        CAPTURE(length);
+        CHECK(range.lower == 0);
+        CHECK(range.upper == static_cast<double>(length - 1));
+    }
 }

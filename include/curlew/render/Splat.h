@@ -2,6 +2,7 @@
 #pragma once
 
 #include "curlew/base/Monitor.h"
+#include "curlew/base/Random.h"
 #include "curlew/flow/Domain.h"
 #include "curlew/picture/ColorMap.h"
 #include "curlew/picture/Image.h"
@@ -9,6 +10,7 @@
 #include "curlew/track/Curves.h"
 #include "curlew/track/Points.h"
 
+#include <algorithm>
 #include <optional>
 #include <span>
 
@@ -36,11 +38,22 @@ struct Splats {
 /// About how many positions decide on the camera and on the range of the colours.
 inline constexpr size_t kEnoughSplats = 500'000;
 
+/// Calls visit(k) for all indices below `count`, or for kEnoughSplats of them at most: one out of each of as many equal
+/// parts, pseudo-random, so that they do not always meet the same vertex of curves of equal lengths.
+template <class Visit>
+void forEnough(size_t count, const Visit& visit) {
+    const size_t every = (count + kEnoughSplats - 1) / kEnoughSplats;
+    for (size_t k = 0; k < count; k += every) {
+        const auto within = static_cast<size_t>(randomUniform(0, k) * static_cast<double>(every));
+        visit(std::min(k + within, count - 1));
+    }
+}
+
 /// Returns the nearest camera that sees all splats, and the wall's object if there is one with a finite box. Ignores
 /// outliers: splats that lie outside the percentiles 0.5 to 99.5, horizontally or vertically in the picture, by more
-/// than half of that range. Of many positions, only kEnoughSplats are looked at, spread evenly over the list. The
-/// margin is kFramingMargin. If there are neither splats nor such an object, the camera shows the domain's box. Throws
-/// ValueError like Camera::around and Splats::bounds.
+/// than half of that range; of fewer than 200, none. Of many positions, only kEnoughSplats are looked at, spread evenly
+/// over the list. The margin is kFramingMargin. If there are neither splats nor such an object, the camera shows the
+/// domain's box. Throws ValueError like Camera::around and Splats::bounds.
 Camera framing(const Splats& splats, const std::optional<Domain>& domain, CameraOptions options);
 inline Camera framing(const Splats& splats, CameraOptions options) { return framing(splats, {}, options); }
 

@@ -73,7 +73,8 @@ bool isVelocity(const openvdb::GridBase& grid);
 bool followsSpace(const openvdb::GridBase& grid);
 
 /// Returns a copy of a staggered grid with the velocities at voxel centres: the mean of the two faces along each axis.
-/// A voxel is active if one of its faces is.
+/// The same voxels are active. Upper faces that the grid lacks are at rest if the voxel is divergence-free then, at a
+/// wall; else, in the last layer of a box, they move as the lower ones do.
 std::shared_ptr<openvdb::Vec3SGrid> collocated(const openvdb::Vec3SGrid& staggered);
 
 } // namespace curlew

@@ -172,7 +172,7 @@ def schedule(tree: bpy.types.NodeTree) -> None:
         return
     shown = [other for other in bpy.data.node_groups if other.bl_idname == nodes.TREE and other.preview != "NONE"]
     wanted = [other.name for other in shown if _contains(other, tree)]
-    if tree.preview == "NONE" and tree.name == last_tree and NAME in bpy.data.objects:
+    if tree.preview == "NONE" and NAME in bpy.data.objects and (not shown or tree.name == last_tree):
         wanted = [other.name for other in shown] or [tree.name]  # its preview has been switched off
     if not wanted:
         return

@@ -368,9 +368,10 @@ void Builder::addWriter(const Statement& statement) {
         auto& contents = mWritten[now.arguments.words()[k]];
         contents.clear();
         for (const Link& link : links) contents.push_back(mGraph.objectOf(link));
-        if (groups.empty() || groups.back().first != links)
-            groups.emplace_back(std::move(links), std::vector<std::string>());
-        groups.back().second.push_back(words[k]);
+        auto group = std::ranges::find(groups, links, &std::pair<std::vector<Link>, std::vector<std::string>>::first);
+        if (group == groups.end())
+            group = groups.emplace(group, std::move(links), std::vector<std::string>()); // files of the same objects
+        group->second.push_back(words[k]);
     }
     for (auto& [links, files] : groups) {
         Arguments a(statement.arguments.action());
