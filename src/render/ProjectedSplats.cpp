@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace curlew::detail {
 
@@ -41,7 +42,22 @@ class SeenPositions {
             mDepth[mSize + k] = static_cast<float>(p.depth);
         }
         addValues(first, count);
+        std::iota(&mFrom[mSize], &mFrom[mSize] + count, first);
         mSize += count;
+    }
+    /// Returns whether only one end of the edge from a position to the next one is in front of the camera.
+    bool isCut(size_t n) const {
+        return inFront(n) != inFront(n + 1) && std::isfinite(mDepth[n]) && std::isfinite(mDepth[n + 1]);
+    }
+    /// Returns where such an edge gets there.
+    SplatVertex cut(size_t n) const {
+        constexpr double kNear = 1e-6; // of the depth of the end in front
+        const Vec3d p = place(n), q = place(n + 1);
+        const double before = mCamera.project(p).depth, behind = mCamera.project(q).depth;
+        const double part = (kNear * std::max(before, behind) - before) / (behind - before);
+        const auto at = mCamera.project(p + (q - p) * part);
+        return {static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.depth),
+                std::lerp(mValue[n], mValue[n + 1], static_cast<float>(part))};
     }
 
     /// Computes the distances between neighbours.
@@ -78,6 +94,10 @@ class SeenPositions {
   private:
     using Numbers = std::array<float, kMost>;
 
+    Vec3d place(size_t n) const {
+        const size_t k = mFrom[n];
+        return {{mSplats.x[k], mSplats.y[k], mSplats.z[k]}};
+    }
     void addValues(size_t first, size_t count) {
         if (mSplats.values.empty()) {
             std::fill_n(&mValue[mSize], count, 0.0F);
@@ -98,6 +118,7 @@ class SeenPositions {
     const Splats& mSplats;
     const Camera& mCamera;
     size_t mSize = 0;
+    std::array<size_t, kMost> mFrom;                    ///< Their indices.
     Numbers mX, mY, mDepth, mValue, mNearness, mLength; ///< The length is that to the position before.
 };
 
@@ -132,11 +153,17 @@ class PolylineWriter {
         size_t n = 0;
         while (n + 1 < mSeen.size()) {
             const size_t edges = mSeen.straight(n);
-            mVertices[mCount] = mSeen[n];
-            mStandsFor[mCount++] = static_cast<uint8_t>(edges);
+            const bool cuts = mSeen.isCut(n), leaves = cuts && mSeen.inFront(n);
+            add(cuts && !leaves ? mSeen.cut(n) : mSeen[n], cuts ? 1 : edges);
+            if (leaves) add(mSeen.cut(n), 0);
             n += std::max<size_t>(edges, 1);
         }
         mVertices[mCount] = mSeen[n];
+    }
+
+    void add(const SplatVertex& vertex, size_t standsFor) {
+        mVertices[mCount] = vertex;
+        mStandsFor[mCount++] = static_cast<uint8_t>(standsFor);
     }
 
     const Splats& mSplats;
@@ -147,6 +174,10 @@ class PolylineWriter {
 };
 
 } // namespace
+
+size_t mostVertices(const Splats& splats) {
+    return splats.start.empty() ? splats.x.size() : 2 * splats.x.size() + splats.start.size() - 1;
+}
 
 ProjectedSplats::ProjectedSplats(const Splats& splats, const Camera& camera, const Monitor& monitor)
     : mFocal(static_cast<float>(camera.focal())) {
@@ -175,7 +206,7 @@ void ProjectedSplats::projectPoints(const Splats& splats, const Camera& camera, 
 }
 
 void ProjectedSplats::projectPolylines(const Splats& splats, const Camera& camera, const Monitor& monitor) {
-    const size_t lines = splats.start.size() - 1, all = splats.x.size() + lines;
+    const size_t lines = splats.start.size() - 1, all = mostVertices(splats);
     const size_t least = std::max(kShortestRun, all / kMostRuns + 1);
     std::vector<size_t> firstLine; // of each run
     for (size_t line = 0, next = 0; line < lines; ++line)
@@ -191,7 +222,7 @@ void ProjectedSplats::projectPolylines(const Splats& splats, const Camera& camer
         mRuns.size(), 1,
         [&](size_t from, size_t to) {
             for (size_t run = from; run < to; ++run) {
-                const size_t begin = splats.start[firstLine[run]] + firstLine[run]; // if all before are closed
+                const size_t line0 = firstLine[run], begin = 2 * splats.start[line0] + line0; // if all before take most
                 PolylineWriter writer(splats, camera, &mVertices[begin], &mStandsFor[begin]);
                 for (size_t line = firstLine[run]; line < firstLine[run + 1]; ++line) writer.write(line);
                 mRuns[run] = {begin, begin + writer.count()};

@@ -14,6 +14,10 @@ struct SplatVertex {
     float x, y, depth, value;
 };
 
+/// Returns how many vertices may be stored: a closed polyline repeats its first one at its end, and edges that reach
+/// behind the camera are cut, so that a vertex may have another one beside it.
+size_t mostVertices(const Splats& splats);
+
 /// Splats as a camera sees them. Consecutive edges of a polyline are one edge if that looks the same.
 class ProjectedSplats {
   public:
@@ -30,8 +34,8 @@ class ProjectedSplats {
     float focal() const { return mFocal; }
     const std::vector<Run>& runs() const { return mRuns; }
     const SplatVertex& vertex(size_t k) const { return mVertices[k]; }
-    /// Returns how many points or edges the one stands for that begins at a vertex; 0 if none does, or if it reaches
-    /// behind the camera.
+    /// Returns how many points or edges the one stands for that begins at a vertex; 0 if none does, or if it is behind
+    /// the camera.
     size_t standsFor(size_t k) const { return mStandsFor[k]; }
 
   private:
@@ -42,7 +46,7 @@ class ProjectedSplats {
 
     float mFocal;
     // Only vertices in runs are set, so the others take no memory.
-    UninitializedArray<SplatVertex> mVertices; ///< A closed polyline repeats its first vertex at its end.
+    UninitializedArray<SplatVertex> mVertices;
     UninitializedArray<uint8_t> mStandsFor;
     std::vector<Run> mRuns;
 };

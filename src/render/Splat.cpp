@@ -5,9 +5,7 @@
 #include "SplatBins.h"
 #include "curlew/base/Parallel.h"
 #include "curlew/math/Dispatch.h"
-#include "curlew/math/Percentile.h"
 #include "curlew/picture/Display.h"
-#include "curlew/track/Scatter.h"
 
 #include <fmt/format.h>
 
@@ -21,7 +19,6 @@ using namespace detail;
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr double kStrays = 0.5; ///< Outliers are this far outside the percentile range, relative to its size.
 
 void checkDepth(std::span<const float> depth, const Camera& camera) {
     const size_t pixels = static_cast<size_t>(camera.width()) * static_cast<size_t>(camera.height());
@@ -47,27 +44,60 @@ SplatVertex between(const SplatVertex& a, const SplatVertex& b, float part) {
     return {a.x + (b.x - a.x) * part, a.y + (b.y - a.y) * part, depth, a.value + (b.value - a.value) * along};
 }
 
-/// An edge in pixels; a point is an edge of length 0.
+/// Visits the parts of an edge, or a point, whose radii change little, by their ends.
+template <class Visit>
+void forEvenParts(const SplatBins& bins, size_t k, const Visit& visit) {
+    const SplatVertex &a = bins.vertex(k), &b = bins.vertex(bins.lines() ? k + 1 : k);
+    // From the far end, where parts are long in space, so that rounding does not matter.
+    const SplatVertex &far = a.depth > b.depth ? a : b, &near = a.depth > b.depth ? b : a;
+    const int parts = bins.evenParts(near.depth, far.depth);
+    if (parts == 1) return visit(a, b);
+    const float ratio = far.depth / near.depth;
+    const auto at = [&](int part) {
+        const float nearness = std::pow(ratio, static_cast<float>(part) / static_cast<float>(parts));
+        return between(far, near, (nearness - 1) / (ratio - 1));
+    };
+    for (int part = 0; part < parts; ++part) visit(at(part), at(part + 1));
+}
+
+/// An edge in pixels, whose radius and depth change linearly along it. One of length 0 is a point: its nearer end.
 struct Stroke {
-    Stroke(const SplatBins& bins, size_t k)
-        : a(bins.vertex(k)), b(bins.vertex(bins.lines() ? k + 1 : k)), fade(bins.fade(k)) {
+    Stroke(const SplatBins& bins, const SplatVertex& from, const SplatVertex& to, float visible) : a(from), b(to) {
         const float dx = b.x - a.x, dy = b.y - a.y;
         length = std::sqrt(dx * dx + dy * dy);
-        if (length > 0) ux = dx / length, uy = dy / length;
-        radius = std::max(bins.radius(0.5f * (a.depth + b.depth)), bins.leastRadius());
+        if (!(length > 0)) (a.depth < b.depth ? b : a) = a.depth < b.depth ? a : b;
+        radius = bins.drawnRadius(a.depth) * visible;
+        most = radius;
+        if (!(length > 0)) return;
+        ux = dx / length, uy = dy / length;
+        const float end = bins.drawnRadius(b.depth) * visible;
+        widens = (end - radius) / length;
+        most = std::max(radius, end);
+        narrow = 1 - widens * widens;
+        const float recedes = (b.depth - a.depth) * bins.pixelsPerUnit(0.5f * (a.depth + b.depth)) / length;
+        if (narrow > 0) lean = recedes / std::sqrt(narrow + recedes * recedes);
     }
 
     /// Returns the samples of a tile whose centres the footprint may cover, from the tile's corner.
     SampleBox samplesIn(const SplatTile& tile) const {
         const auto scale = static_cast<float>(kFine);
         const auto range = [&](float lower, float upper, int origin, int size) {
-            const auto o = static_cast<float>(origin), most = static_cast<float>(size * kFine);
-            return std::pair(static_cast<int>(std::clamp((lower - radius - o) * scale + 0.5f, 0.0f, most)),
-                             static_cast<int>(std::clamp((upper + radius - o) * scale + 0.5f, 0.0f, most)));
+            const auto o = static_cast<float>(origin), last = static_cast<float>(size * kFine);
+            return std::pair(static_cast<int>(std::clamp((lower - most - o) * scale + 0.5f, 0.0f, last)),
+                             static_cast<int>(std::clamp((upper + most - o) * scale + 0.5f, 0.0f, last)));
         };
         const auto [left, right] = range(std::min(a.x, b.x), std::max(a.x, b.x), tile.left, tile.width);
         const auto [top, bottom] = range(std::min(a.y, b.y), std::max(a.y, b.y), tile.top, tile.height);
         return {left, top, right, bottom};
+    }
+
+    /// Returns how far along the edge the ball is that shows its surface at an offset from a. The edge's surface is
+    /// that of balls, a cone, which recedes with the edge. Not finite where there is no surface.
+    float alongAt(float ahead, float across) const {
+        if (!(narrow > 0)) return widens > 0 ? length : 0; // the larger end covers all others
+        // The depth of a ball's surface, recedes s - √(r² - across² - (ahead - s)²) where r is linear in s, is least.
+        const float r = radius + widens * ahead, back = lean * std::sqrt(r * r - narrow * across * across) - widens * r;
+        return std::clamp(ahead - back / narrow, 0.0f, length);
     }
 
     /// Returns which part of the edge, from 0 at a to 1 at b, is no farther from a tile than the radius, horizontally
@@ -75,8 +105,8 @@ struct Stroke {
     std::pair<float, float> partNear(const SplatTile& tile) const {
         float from = 0, to = 1;
         const auto limit = [&](float start, float step, int origin, int size) {
-            const auto o = static_cast<float>(origin), most = o + static_cast<float>(size);
-            const float enters = (o - radius - start) / step, leaves = (most + radius - start) / step;
+            const auto o = static_cast<float>(origin), last = o + static_cast<float>(size);
+            const float enters = (o - most - start) / step, leaves = (last + most - start) / step;
             from = std::max(from, std::min(enters, leaves)); // not if NaN: the edge runs along a side of the tile
             to = std::min(to, std::max(enters, leaves));
         };
@@ -85,16 +115,12 @@ struct Stroke {
         return {from, to};
     }
 
-    /// Returns the sine of the angle by which the edge recedes from the plane of the picture.
-    float sineOfTilt(const SplatBins& bins) const {
-        const float recedes = (b.depth - a.depth) * bins.pixelsPerUnit(0.5f * (a.depth + b.depth));
-        return recedes != 0 ? recedes / std::sqrt(recedes * recedes + length * length) : 0;
-    }
-
     SplatVertex a, b;
     float length = 0, ux = 1, uy = 0; ///< From a to b.
-    float fade;                       ///< Visibility, 0 to 1.
-    float radius;                     ///< That is drawn, pixels.
+    float radius, most;               ///< That is drawn at a, and the largest one; pixels.
+    float widens = 0;                 ///< Change of the radius per pixel of the length.
+    float narrow = 1;                 ///< 1 - widens².
+    float lean = 0;                   ///< For alongAt(). Of a tube, the sine of the angle at which it recedes.
 };
 
 /// Draws the light of a tile's splats.
@@ -115,7 +141,8 @@ class LightPainter {
         constexpr size_t kAhead = 16;
         for (size_t n = 0; n < mTile.splats.size(); ++n) {
             if (n + kAhead < mTile.splats.size()) mBins.prefetch(mTile.splats[n + kAhead]);
-            add(mTile.splats[n]);
+            const size_t k = mTile.splats[n];
+            forEvenParts(mBins, k, [&](const SplatVertex& a, const SplatVertex& b) { add(a, b, mBins.fade(k)); });
         }
         flush();
     }
@@ -133,19 +160,18 @@ class LightPainter {
     }
 
     /// Adds an edge in pieces that are so short that their light may be linear, but not much shorter than wide.
-    void add(size_t k) {
+    void add(const SplatVertex& a, const SplatVertex& b, float fade) {
         constexpr float kShort = ProjectedSplats::kShort;
         constexpr float kColorError = 1.0f / 128; // of linear light
         constexpr float kEndless = 1e12f;         // pieces; such an edge ends beside the eye
-        const SplatVertex &a = mBins.vertex(k), &b = mBins.vertex(mBins.lines() ? k + 1 : k);
         const float dx = b.x - a.x, dy = b.y - a.y, error = mBins.colorError(a.value, b.value);
-        const float middle = 0.5f * (a.depth + b.depth), fade = mBins.fade(k);
+        const float middle = 0.5f * (a.depth + b.depth);
         if (dx * dx + dy * dy <= kShort * kShort && error <= kColorError) return addShort(a, b, middle, fade);
-        const Stroke s(mBins, k);
+        const Stroke s(mBins, a, b, 1);
         // The error of a curve shrinks with the square of a piece's length (at a kink of the colour map, with the
         // length). Below a pixel, it does not show.
         const float colors = std::min(std::sqrt(error / kColorError), std::max(s.length, 1.0f));
-        const float pieces = std::max(s.length / std::max(kShort, 4 * s.radius), colors);
+        const float pieces = std::max(s.length / std::max(kShort, 4 * s.most), colors);
         if (pieces <= 1) return addShort(a, b, middle, fade);
         const auto [from, to] = s.partNear(mTile);
         if (!(pieces < kEndless && from < to)) return;
@@ -190,38 +216,38 @@ struct Sample {
     Vec3f light{};
 };
 
-void coverTile(const SplatBins& bins, const SplatTile& tile, std::vector<Sample>& samples) {
+void cover(const SplatBins& bins, const Stroke& stroke, const SplatTile& tile, std::vector<Sample>& samples) {
+    const float front = std::min(stroke.a.depth, stroke.b.depth);
+    const float nearest = front - stroke.most / bins.pixelsPerUnit(front);
+    const float perPixel = stroke.length > 0 ? 1 / stroke.length : 0;
     const size_t row = static_cast<size_t>(tile.width) * kFine;
-    samples.assign(row * static_cast<size_t>(tile.height) * kFine, {});
-    for (const uint32_t index : tile.splats) {
-        Stroke stroke(bins, index);
-        stroke.radius *= stroke.fade;
-        const float rr = stroke.radius * stroke.radius, front = std::min(stroke.a.depth, stroke.b.depth);
-        const float nearest = front - stroke.radius / bins.pixelsPerUnit(front);
-        const float lean = stroke.sineOfTilt(bins);
-        stroke.samplesIn(tile).forEach([&](int x, int y) {
-            Sample& sample = samples[static_cast<size_t>(y) * row + static_cast<size_t>(x)];
-            if (!(nearest < sample.depth)) return;
-            const auto position = [](int origin, int k) {
-                return static_cast<float>(origin) + (static_cast<float>(k) + 0.5f) / kFine;
-            };
-            const float dx = position(tile.left, x) - stroke.a.x, dy = position(tile.top, y) - stroke.a.y;
-            const float ahead = dx * stroke.ux + dy * stroke.uy, across = dx * stroke.uy - dy * stroke.ux;
-            const float halfSquared = rr - across * across;
-            if (!(halfSquared > 0)) return;
-            // The nearest position on the axis to the visible surface, which a tube that recedes shows farther ahead.
-            const float along = std::clamp(ahead - lean * std::sqrt(halfSquared), 0.0f, stroke.length);
-            const float left = halfSquared - (ahead - along) * (ahead - along);
-            if (!(left > 0)) return;
-            const float nx = dx - along * stroke.ux, ny = dy - along * stroke.uy;
-            const float part = stroke.length > 0 ? along / stroke.length : 0, nz = std::sqrt(left);
-            const SplatVertex middle = between(stroke.a, stroke.b, part);
-            const float z = middle.depth - nz / bins.pixelsPerUnit(middle.depth);
-            if (!(z < sample.depth)) return;
-            const float r = 1 / stroke.radius, light = shade(nx * r, -ny * r, nz * r) * bins.haze(middle.depth);
-            sample = {z, bins.color(middle.value) * light};
+    stroke.samplesIn(tile).forEach([&](int x, int y) {
+        Sample& sample = samples[static_cast<size_t>(y) * row + static_cast<size_t>(x)];
+        if (!(nearest < sample.depth)) return;
+        const auto position = [](int origin, int k) {
+            return static_cast<float>(origin) + (static_cast<float>(k) + 0.5f) / kFine;
+        };
+        const float dx = position(tile.left, x) - stroke.a.x, dy = position(tile.top, y) - stroke.a.y;
+        const float ahead = dx * stroke.ux + dy * stroke.uy, across = dx * stroke.uy - dy * stroke.ux;
+        if (!(std::abs(across) < stroke.most)) return;
+        const float along = stroke.alongAt(ahead, across), r = stroke.radius + stroke.widens * along;
+        const float left = r * r - across * across - (ahead - along) * (ahead - along);
+        if (!(left > 0)) return;
+        const SplatVertex middle = between(stroke.a, stroke.b, along * perPixel);
+        const float nx = dx - along * stroke.ux, ny = dy - along * stroke.uy, nz = std::sqrt(left);
+        const float z = middle.depth - nz / bins.pixelsPerUnit(middle.depth);
+        if (!(z < sample.depth)) return;
+        const float unit = 1 / r, light = shade(nx * unit, -ny * unit, nz * unit) * bins.haze(middle.depth);
+        sample = {z, bins.color(middle.value) * light};
+    });
+}
+
+void coverTile(const SplatBins& bins, const SplatTile& tile, std::vector<Sample>& samples) {
+    samples.assign(static_cast<size_t>(tile.width * kFine) * static_cast<size_t>(tile.height * kFine), {});
+    for (const uint32_t k : tile.splats)
+        forEvenParts(bins, k, [&](const SplatVertex& a, const SplatVertex& b) {
+            cover(bins, Stroke(bins, a, b, bins.fade(k)), tile, samples);
         });
-    }
 }
 
 /// Averages a tile's visible samples into R, G, B, A, Z.
@@ -252,84 +278,7 @@ void resolveTile(const SplatTile& tile, const std::vector<Sample>& samples, std:
         }
 }
 
-Vec3d positionOf(const Splats& splats, size_t k) { return {{splats.x[k], splats.y[k], splats.z[k]}}; }
-bool isFinite(const Vec3d& p) { return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]); }
-
-Box boundsOf(const Splats& splats) {
-    Box box{Vec3d{{1, 1, 1}} * HUGE_VAL, Vec3d{{1, 1, 1}} * -HUGE_VAL};
-    for (size_t k = 0; k < splats.x.size(); ++k) {
-        const Vec3d p = positionOf(splats, k);
-        if (!isFinite(p)) continue;
-        for (int axis = 0; axis < 3; ++axis) {
-            box.lower[axis] = std::min(box.lower[axis], p[axis]);
-            box.upper[axis] = std::max(box.upper[axis], p[axis]);
-        }
-    }
-    if (!(box.lower[0] <= box.upper[0])) throw ValueError("there is nothing to draw: no point has a finite position");
-    return box;
-}
-
-/// Returns enough positions of the splats, without the outliers in the picture. Of few positions none is an outlier.
-std::vector<Vec3d> withoutStrays(const Splats& splats, const Camera& far) {
-    constexpr size_t kFew = 200; // the outermost of these are at the percentiles 0.5 and 99.5
-    std::vector<Vec3d> points;
-    std::vector<double> across, upwards;
-    forEnough(splats.x.size(), [&](size_t k) {
-        const Vec3d p = positionOf(splats, k);
-        if (!isFinite(p)) return;
-        points.push_back(p);
-        across.push_back(dot(p, far.right()));
-        upwards.push_back(dot(p, far.up()));
-    });
-    if (points.size() < kFew) return points;
-    const auto rangeOf = [](std::vector<double> values) {
-        const Interval range = percentiles(std::move(values), 0.005, 0.995);
-        const double margin = kStrays * (range.upper - range.lower);
-        return Interval{range.lower - margin, range.upper + margin};
-    };
-    const Interval x = rangeOf(std::move(across)), y = rangeOf(std::move(upwards));
-    std::erase_if(points,
-                  [&](const Vec3d& p) { return !x.contains(dot(p, far.right())) || !y.contains(dot(p, far.up())); });
-    return points;
-}
-
-/// Returns enough points of the wall's surface to frame it; empty if the wall is unbounded.
-std::vector<Vec3d> placesOnWall(const Domain& domain) {
-    constexpr size_t kPlaces = 2000;
-    std::vector<Vec3d> places;
-    if (!domain.wall || !domain.wall->sdf.bounds.finite()) return places;
-    const Domain around{.box = domain.wall->sdf.bounds, .wall = domain.wall};
-    const Points points = scatterFrom(around, 0, kPlaces, ScatterOptions{.on = ScatterOn::surface});
-    for (size_t k = 0; k < points.size(); ++k) places.push_back(points.position(k));
-    return places;
-}
-
 } // namespace
-
-Splats Splats::of(const Points& points) { return {.x = points.x, .y = points.y, .z = points.z, .fade = points.fade}; }
-
-Splats Splats::of(const Curves& curves) {
-    Splats splats{.x = curves.x, .y = curves.y, .z = curves.z, .start = curves.start};
-    for (size_t k = 0; k < curves.size(); ++k) splats.closed.push_back(curves.closed(k) ? 1 : 0);
-    return splats;
-}
-
-Box Splats::bounds() const { return boundsOf(*this); }
-
-Camera framing(const Splats& splats, const std::optional<Domain>& domain, CameraOptions options) {
-    std::vector<Vec3d> points = domain ? placesOnWall(*domain) : std::vector<Vec3d>();
-    if (splats.x.empty() && points.empty() && domain) return Camera::around(domain->box, options);
-    if (!splats.x.empty()) {
-        const Box bounds = boundsOf(splats);
-        const Camera far = Camera::around(bounds.padded(std::max(1e-6 * length(bounds.size()), 1e-9)), options);
-        const std::vector<Vec3d> seen = withoutStrays(splats, far);
-        const bool onePlace = bounds.size() == Vec3d{} || seen.size() < 2;
-        if (points.empty() && onePlace) return far;
-        points.insert(points.end(), seen.begin(), seen.end());
-    }
-    options.margin = kFramingMargin;
-    return Camera::around(points, options);
-}
 
 SplatImage luminous(const Splats& splats, const Camera& camera, const SplatOptions& options,
                     std::span<const float> depth, const Monitor& monitor) {

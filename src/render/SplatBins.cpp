@@ -58,7 +58,7 @@ const Splats& valid(const Splats& s, const SplatOptions& o) {
     if (!(o.pixels > 0) || !std::isfinite(o.pixels))
         throw ValueError(fmt::format("radius {} pixels must be positive and finite", o.pixels));
     if (!(o.fade >= 0 && o.fade <= 1)) throw ValueError(fmt::format("fade {} must be between 0 and 1", o.fade));
-    if (count + lines >= UINT32_MAX) throw ResourceError(fmt::format("{} positions are too many to draw", count));
+    if (mostVertices(s) >= UINT32_MAX) throw ResourceError(fmt::format("{} positions are too many to draw", count));
     requireMemory(static_cast<double>(count + lines) * (sizeof(SplatVertex) + 3 * sizeof(uint32_t)),
                   fmt::format("a picture of {} positions", count), "draw fewer");
     return s;
@@ -91,7 +91,7 @@ std::array<int, 4> SplatBins::tilesOf(size_t k) const {
     constexpr std::array<int, 4> none{0, 0, -1, -1};
     if (mProjected.standsFor(k) == 0 || !(fade(k) > 0)) return none;
     const SplatVertex &a = vertex(k), &b = vertex(mLook.lines ? k + 1 : k);
-    const float reach = std::max(radius(std::min(a.depth, b.depth)), mLook.pixels);
+    const float reach = drawnRadius(std::min(a.depth, b.depth));
     const auto width = static_cast<float>(mWidth), height = static_cast<float>(mHeight);
     const float left = std::min(a.x, b.x) - reach, right = std::max(a.x, b.x) + reach;
     const float top = std::min(a.y, b.y) - reach, bottom = std::max(a.y, b.y) + reach;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace curlew::detail {
 
@@ -41,8 +42,16 @@ class SplatBins {
     // StrokeKernel computes the next ones in lanes, too.
     /// Projected radius, pixels; may be below the minimum radius.
     float radius(float depth) const { return mLook.radius > 0 ? mLook.radius * mLook.focal / depth : mLook.pixels; }
-    float leastRadius() const { return mLook.pixels; }
+    /// Radius that is drawn, pixels.
+    float drawnRadius(float depth) const { return std::max(radius(depth), mLook.pixels); }
     float pixelsPerUnit(float depth) const { return mLook.focal / depth; }
+    /// Returns in how many parts, of the same depth ratio, an edge between two depths looks the same if each has one
+    /// projected radius.
+    int evenParts(float near, float far) const {
+        constexpr float kRatio = 1.1f;
+        if (!(mLook.radius > 0 && far > kRatio * near)) return 1;
+        return static_cast<int>(std::ceil(std::log(far / near) / std::log(kRatio)));
+    }
     /// Returns the brightness factor of a splat at that depth due to haze.
     float haze(float depth) const {
         return 1 - mLook.fade * std::clamp((depth - mLook.near) * mLook.perDepth, 0.0f, 1.0f);

@@ -75,8 +75,10 @@ Interval splatRange(const std::vector<float>& values, SplatValue by) {
         if (std::isfinite(values[k])) some.push_back(values[k]);
     });
     if (some.empty()) return {0, 1};
+    constexpr double kRounding = 1e-6; // of floats
     const Interval range = percentiles(std::move(some), 0.02, 0.98);
-    return range.lower < range.upper ? range : Interval{range.lower - 0.5, range.lower + 0.5};
+    const bool constant = range.upper - range.lower <= kRounding * range.maxAbs();
+    return constant ? Interval{range.lower - 0.5, range.lower + 0.5} : range;
 }
 
 } // namespace curlew

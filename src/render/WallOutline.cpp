@@ -7,7 +7,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <optional>
 #include <span>
+#include <vector>
 
 namespace curlew {
 
@@ -82,51 +85,113 @@ float outlineOf(const OutlineRay& ray) {
     return static_cast<float>(-std::expm1(-1.0) * std::exp(-ray.nearest * ray.nearest / 2));
 }
 
-/// Enlarges an image to twice the size, or one pixel less, by linear interpolation between pixel centres.
-Image enlarged(const Image& small, int width, int height) {
-    Image large = filledImage(width, height, small.channels);
-    const auto between = [](int k, int size) {
+/// The outline of a wall as a camera sees it.
+class Outliner {
+  public:
+    Outliner(const Domain& domain, const Camera& camera)
+        : mWall(*domain.wall),
+          mCamera(camera),
+          mBox(domain.box.padded(0.02 * length(domain.box.size()))) {} // the wall may touch the box
+
+    /// Returns the brightness at `count` places in pixels; place(k) returns x and y.
+    template <class Place>
+    std::vector<float> at(size_t count, const Place& place, const Monitor& monitor) const {
+        std::vector<float> found(count);
+        parallelFor(
+            count, kBatch,
+            [&](size_t begin, size_t end) {
+                std::array<OutlineRay, kBatch> rays;
+                for (size_t k = begin; k < end; ++k) rays[k - begin] = rayTo(place(k));
+                march(std::span(rays).first(end - begin), mWall, mCamera.eye(), monitor);
+                for (size_t k = begin; k < end; ++k) found[k] = outlineOf(rays[k - begin]);
+            },
+            monitor);
+        return found;
+    }
+
+  private:
+    OutlineRay rayTo(const Vec<double, 2>& place) const {
+        OutlineRay ray{.direction = mCamera.direction(place[0], place[1])};
+        ray.unitsPerPixel = dot(ray.direction, mCamera.forward()) / mCamera.focal();
+        enter(ray, mCamera.eye(), mBox);
+        return ray;
+    }
+
+    const Wall& mWall;
+    const Camera& mCamera;
+    Box mBox;
+};
+
+/// An image of half the width and height, whose pixel (x, y) shows the place (2 x + 1, 2 y + 1) of the whole one.
+struct HalfImage {
+    int width, height;
+    std::vector<float> values;
+
+    /// The pixels between which the centre of a whole pixel is, on one axis, and which part of the way.
+    struct Between {
+        int lower, upper;
+        float part;
+    };
+    static Between between(int k, int size) {
         const double at = std::clamp(0.5 * k - 0.25, 0.0, size - 1.0);
         const int lower = std::min(static_cast<int>(at), std::max(size - 2, 0));
-        return std::tuple(lower, std::min(lower + 1, size - 1), static_cast<float>(at - lower));
-    };
-    for (int y = 0; y < height; ++y) {
-        const auto [top, bottom, down] = between(y, small.height);
-        for (int x = 0; x < width; ++x) {
-            const auto [left, right, across] = between(x, small.width);
-            large.at(x, y) = std::lerp(std::lerp(small.at(left, top), small.at(right, top), across),
-                                       std::lerp(small.at(left, bottom), small.at(right, bottom), across), down);
-        }
+        return {lower, std::min(lower + 1, size - 1), static_cast<float>(at - lower)};
     }
-    return large;
-}
+    float at(int x, int y) const {
+        return values[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
+    }
+    /// Returns the interpolated value at the centre of a whole pixel; nullopt if there is an edge.
+    std::optional<float> smoothAt(int x, int y) const {
+        constexpr float kEdge = 0.03f;
+        const Between across = between(x, width), down = between(y, height);
+        const std::array<float, 4> v{at(across.lower, down.lower), at(across.upper, down.lower),
+                                     at(across.lower, down.upper), at(across.upper, down.upper)};
+        const auto [least, most] = std::minmax_element(v.begin(), v.end());
+        if (*most - *least > kEdge) return {};
+        return std::lerp(std::lerp(v[0], v[1], across.part), std::lerp(v[2], v[3], across.part), down.part);
+    }
+};
 
 } // namespace
 
 Image wallOutline(const Domain& domain, const Camera& camera, const Monitor& monitor) {
+    constexpr int kFine = 2; // samples along a pixel at an edge
     if (!domain.wall) throw ValueError("there is no wall to outline");
     if (!domain.box.finite()) throw ValueError("the wall's domain is infinite; give it a box");
-    const int width = (camera.width() + 1) / 2, height = (camera.height() + 1) / 2;
-    Image small = filledImage(width, height, {"outline"});
-    const double focal = camera.focal();
-    const Box box = domain.box.padded(0.02 * length(domain.box.size())); // the wall may touch the box
-    parallelFor(
-        small.pixels.size(), kBatch,
-        [&](size_t begin, size_t end) {
-            std::array<OutlineRay, kBatch> rays;
-            for (size_t k = begin; k < end; ++k) {
-                OutlineRay& ray = rays[k - begin];
-                const size_t column = k % static_cast<size_t>(width), row = k / static_cast<size_t>(width);
-                const auto x = static_cast<double>(column), y = static_cast<double>(row);
-                ray = {.direction = camera.direction(2 * x + 1, 2 * y + 1)};
-                ray.unitsPerPixel = dot(ray.direction, camera.forward()) / focal;
-                enter(ray, camera.eye(), box);
-            }
-            march(std::span(rays).first(end - begin), *domain.wall, camera.eye(), monitor);
-            for (size_t k = begin; k < end; ++k) small.pixels[k] = outlineOf(rays[k - begin]);
+    const Outliner outliner(domain, camera);
+    const auto placeOf = [](size_t k, int width) {
+        const size_t column = k % static_cast<size_t>(width), row = k / static_cast<size_t>(width);
+        return Vec<double, 2>{{static_cast<double>(column), static_cast<double>(row)}};
+    };
+    HalfImage half{.width = (camera.width() + 1) / 2, .height = (camera.height() + 1) / 2, .values = {}};
+    half.values = outliner.at(
+        static_cast<size_t>(half.width) * static_cast<size_t>(half.height),
+        [&](size_t k) {
+            return placeOf(k, half.width) * 2.0 + Vec<double, 2>{{1, 1}};
         },
         monitor);
-    return enlarged(small, camera.width(), camera.height());
+    Image image = filledImage(camera.width(), camera.height(), {"outline"});
+    std::vector<size_t> edges;
+    for (size_t k = 0; k < image.pixels.size(); ++k) {
+        const Vec<double, 2> pixel = placeOf(k, image.width);
+        if (const auto value = half.smoothAt(static_cast<int>(pixel[0]), static_cast<int>(pixel[1])))
+            image.pixels[k] = *value;
+        else
+            edges.push_back(k);
+    }
+    constexpr size_t kSamples = size_t{kFine} * kFine;
+    const std::vector<float> fine = outliner.at(
+        edges.size() * kSamples,
+        [&](size_t k) {
+            const Vec<double, 2> inPixel = placeOf(k % kSamples, kFine) + Vec<double, 2>{{0.5, 0.5}};
+            return placeOf(edges[k / kSamples], image.width) + inPixel * (1.0 / kFine);
+        },
+        monitor);
+    for (size_t n = 0; n < edges.size(); ++n) {
+        const float* const samples = &fine[n * kSamples];
+        image.pixels[edges[n]] = std::accumulate(samples, samples + kSamples, 0.0f) / static_cast<float>(kSamples);
+    }
+    return image;
 }
 
 Image withWallOutline(Image picture, const Domain& domain, const Camera& camera, double brightness,

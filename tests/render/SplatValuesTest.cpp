@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curlew/base/Error.h"
+#include "curlew/render/Splat.h"
 #include "curlew/render/SplatValues.h"
 #include "support/Catch.h"
 
@@ -82,4 +83,19 @@ TEST_CASE("splatRange: lies between percentiles of the finite values", "[render]
     CHECK(splatRange(values, SplatValue::index) == Interval{0, 1});
     CHECK(splatRange({3, 3, 3}, SplatValue::depth) == Interval{2.5, 3.5});
     CHECK(splatRange({}, SplatValue::depth) == Interval{0, 1});
+    // Rounding errors do not count.
+    const Interval rounded = splatRange({1, 1 + 1e-7F, 1 - 1e-7F}, SplatValue::speed);
+    CHECK(rounded.lower == Approx(0.5));
+    CHECK(rounded.upper == Approx(1.5));
+}
+
+TEST_CASE("splatRange: does not depend on how long the curves of a long list are", "[render]") {
+    for (const size_t length : {2, 5, 20}) {
+        std::vector<float> values(2 * kEnoughSplats);
+        for (size_t k = 0; k < values.size(); ++k) values[k] = static_cast<float>(k % length);
+        const Interval range = splatRange(values, SplatValue::speed);
+        CAPTURE(length);
+        CHECK(range.lower == 0);
+        CHECK(range.upper == static_cast<double>(length - 1));
+    }
 }

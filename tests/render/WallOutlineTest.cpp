@@ -5,6 +5,7 @@
 #include "curlew/render/WallOutline.h"
 #include "support/Catch.h"
 
+#include <algorithm>
 #include <cmath>
 
 using namespace curlew;
@@ -43,6 +44,39 @@ TEST_CASE("wallOutline: an obstacle hides what is behind it, a container does no
     };
     CHECK(middle(Side::inside) > 0.1f);
     CHECK(middle(Side::outside) < 0.02f);
+}
+
+TEST_CASE("wallOutline: edges look like those of a larger picture that is made smaller", "[render]") {
+    constexpr int kTimes = 4;
+    const Domain ring = Domain::of({.sdf = torusSdf(0.9, 0.35), .side = Side::inside, .width = 0.1});
+    const auto seen = [&](int times) {
+        return wallOutline(ring, Camera({{0, 3, 6}}, {}, {{0, 1, 0}}, 30, times * 160, times * 120));
+    };
+    const Image one = seen(1), large = seen(kTimes);
+    const auto meanOf = [&](int x, int y) {
+        double sum = 0;
+        for (int k = 0; k < kTimes * kTimes; ++k)
+            sum += static_cast<double>(large.at(kTimes * x + k % kTimes, kTimes * y + k / kTimes));
+        return sum / (kTimes * kTimes);
+    };
+    // Outside the silhouette, the light fades out within two pixels, which are larger in the small picture.
+    const auto isInside = [&](int x, int y) {
+        constexpr int kReach = 4;
+        for (int j = y - kReach; j <= y + kReach; ++j)
+            for (int i = x - kReach; i <= x + kReach; ++i)
+                if (j < 0 || i < 0 || j >= one.height || i >= one.width || meanOf(i, j) < 0.01) return false;
+        return true;
+    };
+    double worst = 0;
+    size_t compared = 0;
+    for (int y = 0; y < one.height; ++y)
+        for (int x = 0; x < one.width; ++x)
+            if (isInside(x, y)) {
+                worst = std::max(worst, std::abs(static_cast<double>(one.at(x, y)) - meanOf(x, y)));
+                ++compared;
+            }
+    CHECK(compared > 1000);
+    CHECK(worst < 0.08);
 }
 
 TEST_CASE("wallOutline: does not depend on the number of threads", "[render]") {

@@ -63,7 +63,7 @@ struct SplatOptions {
     double fade = 0.5;   ///< Attenuation of the farthest footprints relative to the nearest, 0 to 1.
 };
 
-/// The picture and its statistics. Points and edges behind the camera are not drawn.
+/// The picture and its statistics. Points and parts of edges behind the camera are not drawn.
 struct SplatImage {
     Image image;
     size_t drawn = 0;   ///< Points or polyline edges whose footprint overlaps the picture.

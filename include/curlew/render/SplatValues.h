@@ -29,8 +29,8 @@ std::vector<float> splatValues(const Points& points, SplatValue by, const Camera
 std::vector<float> splatValues(const Curves& curves, SplatValue by, const Camera& camera);
 
 /// Returns the values at the ends of the colour scale: 0 and 1 for `id` and `index`; otherwise the percentiles 2 and 98
-/// of the finite values (of many, only of kEnoughSplats), a unit range around them if they are
-/// equal, or 0 and 1 if there are none.
+/// of the finite values (of many, only of kEnoughSplats), a unit range around them if they are equal
+/// but for rounding errors, or 0 and 1 if there are none.
 Interval splatRange(const std::vector<float>& values, SplatValue by);
 
 } // namespace curlew
