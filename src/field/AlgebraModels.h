@@ -18,6 +18,7 @@ struct Constant {
         return static_cast<T>(value);
     }
     Interval range() const { return {value, value}; }
+    bool homogeneous() const { return true; }
 };
 
 template <int N>
@@ -36,6 +37,13 @@ struct Ramp {
             for (int i = 0; i < N; ++i) jet.gradient[i] = static_cast<T>(direction[i]);
         return jet;
     }
+    bool homogeneous() const { return true; }
+};
+
+/// Whether a function is linear in its jets.
+template <class Function>
+constexpr bool kIsLinear = requires {
+    Function::kLinear;
 };
 
 /// Applies a model's function to the jets of the fields that it is made of.
@@ -89,6 +97,7 @@ struct Binary {
     }
     Interval range() const { return interval; }
     double wavelength() const { return std::max(a.wavelength(), b.wavelength()); }
+    bool homogeneous() const { return kIsLinear<Combine> && a.homogeneous() && b.homogeneous(); }
 };
 
 /// Applies `map` to the jet of a field.
@@ -123,12 +132,14 @@ struct Unary {
     }
     Interval range() const { return interval; }
     double wavelength() const { return a.wavelength(); }
+    bool homogeneous() const { return kIsLinear<Map> && a.homogeneous(); }
 };
 
 template <class J>
 using ValueOf = std::remove_cvref_t<decltype(J::value)>;
 
 struct Sum {
+    static constexpr bool kLinear = true;
     template <class J>
     J operator()(const J& p, const J& q) const {
         return p + q;
@@ -136,6 +147,7 @@ struct Sum {
 };
 
 struct Difference {
+    static constexpr bool kLinear = true;
     template <class J>
     J operator()(const J& p, const J& q) const {
         return p - q;
@@ -157,6 +169,7 @@ struct Quotient {
 };
 
 struct Scaled {
+    static constexpr bool kLinear = true;
     double factor;
     template <class J>
     J operator()(const J& p) const {

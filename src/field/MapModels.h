@@ -30,6 +30,7 @@ struct Affine {
         return pullBack(field.template symbols<Order>(module, mapped(p)), A);
     }
     Interval range() const { return field.range(); }
+    bool homogeneous() const { return field.homogeneous(); }
     /// For unequal scales, uses their geometric mean. A row of A is the gradient of one of the field's coordinates.
     double wavelength() const {
         double scale = 1;

@@ -81,6 +81,7 @@ struct Octaves {
         }
         return sum;
     }
+    bool homogeneous() const { return billow == 0; }
     /// Returns the cell size of the octave with the lowest frequency.
     double wavelength() const {
         double longest = 0;
@@ -153,6 +154,7 @@ struct WarpedOctaves {
     }
     Interval range() const { return plain.range(); }
     double wavelength() const { return plain.wavelength(); }
+    bool homogeneous() const { return plain.homogeneous(); }
 
   private:
     /// Not inlined, so that both precisions of the result share it.

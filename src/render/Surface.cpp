@@ -4,7 +4,6 @@
 #include "MarchKernel.h"
 #include "SurfaceModel.h"
 #include "curlew/base/Error.h"
-#include "curlew/base/Random.h"
 #include "curlew/math/Dispatch.h"
 #include "curlew/vdb/Openvdb.h"
 
@@ -49,8 +48,8 @@ std::optional<Part> partIn(const Box& box, const Ray& ray) {
 /// The zero set of a field minus a value.
 class FieldSurface final : public Surface::Model {
   public:
-    FieldSurface(ScalarField field, double value, double lipschitz, const Box& box, bool solid)
-        : mField(std::move(field)), mValue(value), mLipschitz(lipschitz), mBox(box), mSolid(solid) {}
+    FieldSurface(ScalarField field, const FieldBounds& bounds, double value, const Box& box, bool solid)
+        : mField(std::move(field)), mBounds(bounds), mValue(value), mBox(box), mSolid(solid) {}
 
     void intersect(std::span<const Ray> rays, double resolution, std::span<RayHit> hits) const override {
         std::fill(hits.begin(), hits.end(), RayHit{});
@@ -75,8 +74,7 @@ class FieldSurface final : public Surface::Model {
     /// for each ray that hits the surface. Rays march in a batch; where one has ended, the next one begins.
     template <class Found>
     void march(std::span<const Ray> rays, double resolution, bool refines, const Found& found) const {
-        const MarchOptions options{
-            .value = mValue, .lipschitz = mLipschitz, .resolution = resolution, .refines = refines};
+        const MarchOptions options{.value = mValue, .bounds = mBounds, .resolution = resolution, .refines = refines};
         MarchBatch batch;
         std::array<size_t, kBatch> ray{};
         std::array<Part, kBatch> part{};
@@ -108,30 +106,11 @@ class FieldSurface final : public Surface::Model {
     }
 
     ScalarField mField;
-    double mValue, mLipschitz;
+    FieldBounds mBounds;
+    double mValue;
     Box mBox;
     bool mSolid;
 };
-
-/// Returns 1.5 times the steepest gradient of random samples.
-double lipschitzOf(const ScalarField& field, const Box& box) {
-    constexpr int kSamples = 4096;
-    double steepest = 0;
-    PointBatch points;
-    JetBatch<double, 1> jets;
-    for (uint64_t i = 0; i < kSamples; ++i) {
-        Vec3d p = box.lower;
-        for (int axis = 0; axis < 3; ++axis)
-            p[axis] += box.size()[axis] * randomUniform(0, i, static_cast<uint64_t>(axis));
-        points.push(p);
-        if (!points.full()) continue;
-        field.eval(points, jets);
-        for (int k = 0; k < points.size; ++k) steepest = std::max(steepest, length(jets[k].gradient));
-        points.size = 0;
-    }
-    if (!(steepest > 0)) throw ValueError("the field is the same everywhere in the box, so it has no surface there");
-    return 1.5 * steepest;
-}
 
 const Box& checked(const Box& box) {
     if (!box.finite()) throw ValueError("the surface is infinite; give a box");
@@ -146,11 +125,12 @@ Box loose(const Box& box) { return box.padded(1e-6 * length(box.size())); }
 } // namespace
 
 Surface::Surface(const Sdf& sdf, const Box& box)
-    : mBox(checked(box)), mModel(std::make_shared<FieldSurface>(sdf.distance, 0, sdf.lipschitz, loose(box), true)) {}
+    : mBox(checked(box)),
+      mModel(std::make_shared<FieldSurface>(sdf.distance, FieldBounds{.slope = sdf.lipschitz}, 0, loose(box), true)) {}
 
 Surface::Surface(const ScalarField& field, double value, const Box& box, bool solid)
     : mBox(checked(box)),
-      mModel(std::make_shared<FieldSurface>(field, value, lipschitzOf(field, box), loose(box), solid)) {}
+      mModel(std::make_shared<FieldSurface>(field, boundsOf(field, value, box), value, loose(box), solid)) {}
 
 Surface::Surface(const LevelSet& levelSet) {
     if (levelSet.grid->tree().empty()) throw ValueError("the level set is empty");

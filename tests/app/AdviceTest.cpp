@@ -86,6 +86,14 @@ TEST_CASE("advice: warns of probed positions beyond the band of a level set", "[
     CHECK_THAT(folder.mustRun("-sphere -probe in.csv out.csv").err, !ContainsSubstring("warning"));
 }
 
+TEST_CASE("advice: says why a picture of a surface is empty", "[app]") {
+    const std::string size = " width=16 height=16 -write a.png";
+    CHECK_THAT(said("-noise -shade iso=-5" + size), ContainsSubstring("no isosurface at iso=-5") &&
+                                                        ContainsSubstring("samples of the field are between -0."));
+    CHECK_THAT(said("-noise -shade iso=0" + size), !ContainsSubstring("warning"));
+    CHECK_THAT(said("-noise -shade iso=0 eye=0,0,5 aim=0,0,9" + size), ContainsSubstring("outside the camera's view"));
+}
+
 TEST_CASE("advice: warns of options that have no effect with the others", "[app]") {
     const std::string look = "-scatter box=0,0,0,1,1,1 count=10 -splat width=16 height=16 look=";
     const std::string what = "warning: -splat: glow= has no effect without look=luminous";

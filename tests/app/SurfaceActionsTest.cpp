@@ -91,6 +91,8 @@ TEST_CASE("shade action: over=1 draws one surface into another picture", "[app][
     folder.mustFail("-sphere -shade duration=1", {"a flow", "none"});
     folder.mustFail("-sphere -shade texture=lic", {"a flow", "none"});
     folder.mustFail("-sphere -noise -shade show=value texture=checker", {"cannot be combined"});
+    folder.mustFail("-sphere -shade light=0,0,0", {"-shade", "light=0,0,0", "direction"});
+    folder.mustFail("-sphere -shade color=255,0,0", {"-shade", "color", "255", "0 and 1"});
     folder.mustFail("-sphere -shade texture=film film=-1,2", {"film"});
     folder.mustFail("-sphere -shade color=-1,0,0", {"color"});
     folder.mustFail("-sphere -shade supersampling=0", {"supersampling"});

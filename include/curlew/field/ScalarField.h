@@ -62,6 +62,7 @@ class FieldModel {
     virtual bool prepare(const PointLattice&, OnLattice<double, 0>&) const = 0;
     virtual Interval range() const = 0;
     virtual double wavelength() const = 0;
+    virtual bool homogeneous() const = 0;
     virtual void record(SymbolModule&, const Vec<Symbol<double>, N>&, Jet<Symbol<float>, N, 1>&) const = 0;
     virtual void record(SymbolModule&, const Vec<Symbol<double>, N>&, Jet<Symbol<float>, N, 2>&) const = 0;
 };
@@ -118,7 +119,8 @@ class ScalarFieldN {
 
     /// Creates a field from a model M. M is pointwise (above) or has
     /// `template <int Order, class T> void evalBatch(const PointBatchN<N>&, JetBatchN<T, N, Order>&) const`.
-    /// It may have `Interval range() const`, `double wavelength() const` and kernels (above). With kernels, T may be
+    /// It may have `Interval range() const`, `double wavelength() const`, `bool homogeneous() const` and kernels
+    /// (above). With kernels, T may be
     /// lanes, and the batch is then a JetBatchN<NumberOf<T>, N, Order>. It may have
     /// `template <int Order, class T> OnLattice<T, Order> onLattice(const PointLattice&) const`, which computes the
     /// same bits on a lattice faster than batch by batch, or returns an empty function where it is no faster. Models
@@ -189,6 +191,10 @@ class ScalarFieldN {
     /// is known.
     double wavelength() const { return mModel->wavelength(); }
 
+    /// Returns whether the field is smooth and its derivatives are known to be alike everywhere, as those of a noise,
+    /// so that their largest values can be found at random places.
+    bool homogeneous() const { return mModel->homogeneous(); }
+
   private:
     template <class M>
     class Model final : public detail::FieldModel<N> {
@@ -219,6 +225,12 @@ class ScalarFieldN {
                 return mM.wavelength();
             else
                 return 0;
+        }
+        bool homogeneous() const override {
+            if constexpr (requires { mM.homogeneous(); })
+                return mM.homogeneous();
+            else
+                return false;
         }
 
       private:

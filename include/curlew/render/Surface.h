@@ -27,7 +27,9 @@ LevelSet smoothed(const LevelSet& levelSet, int voxels);
 ///
 /// A field is intersected by sphere tracing (Hart 1996, Keinert et al. 2014): the field's value divided by its
 /// Lipschitz bound is a distance in which there is no surface, and a ray goes back if those of two samples do not meet.
-/// But a ray may miss a part of the surface in which it stays for less than the `resolution` that the caller requests.
+/// Where the second derivatives are bounded, too (ScalarField::homogeneous), so is the distance to where a parabola
+/// would reach the surface. But a ray may miss a part of the surface in which it stays for less than the `resolution`
+/// that the caller requests.
 /// A level set is first intersected through OpenVDB's mesh of it, which Embree traces. Newton steps then refine the
 /// hits on the exact field or on the spline through the level set (sdfOf), whose gradient gives the normal. Hits are
 /// exact to rounding, except for rays that graze a level set. A mesh is intersected face by face, seen from both sides;
@@ -39,8 +41,9 @@ class Surface {
     Surface(const Sdf& sdf, const Box& box);
     explicit Surface(const Sdf& sdf) : Surface(sdf, sdf.bounds) {}
     /// The level set of a field at a value. If `solid`, the region below the value is filled, so the box cuts it like a
-    /// shape; otherwise the surface is a sheet that is open at the box. The field's Lipschitz bound is estimated as 1.5
-    /// times the steepest gradient of 4096 samples in the box. Also throws ValueError if the field is constant.
+    /// shape; otherwise the surface is a sheet that is open at the box. The field's bounds are estimated as 1.5 times
+    /// the steepest gradients (and largest Hessians) at random places, and towards the surface on the edges of a
+    /// lattice of 48³ places. Also throws ValueError if none of them has a gradient.
     Surface(const ScalarField& field, double value, const Box& box, bool solid);
     /// A level set. Throws ValueError if it is empty.
     explicit Surface(const LevelSet& levelSet);

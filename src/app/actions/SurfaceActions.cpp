@@ -3,6 +3,7 @@
 #include "CameraOptions.h"
 #include "SurfaceColors.h"
 #include "curlew/render/SurfacePicture.h"
+#include "curlew/track/Diagnostics.h"
 
 namespace curlew::app {
 
@@ -59,6 +60,19 @@ void warnOfMovingCamera(const Context& c, const Camera& camera, const Box& subje
         "surface moves; viewBox= or eye= keeps the camera in place");
 }
 
+/// Says why a picture shows nothing of the surface.
+std::string whyNothing(const Context& c, const Arguments& a, const Surface& surface) {
+    constexpr size_t kSamples = 20000;
+    if (a.given("iso")) {
+        const Interval range = diagnoseField(inSpace(c.field("field").field), surface.box(), kSamples).range;
+        if (!range.contains(a.real("iso")))
+            return fmt::format(
+                "there is no isosurface at iso={:.6g}: in its box, samples of the field are between {:.4g} and {:.4g}",
+                a.real("iso"), range.lower, range.upper);
+    }
+    return "the surface is outside the camera's view";
+}
+
 void shade(Context& c, const Arguments& a) {
     const Surface surface = subjectOf(c, a);
     const ImageValue* behind = c.has("image") ? &c.image("image") : nullptr;
@@ -76,6 +90,7 @@ void shade(Context& c, const Arguments& a) {
     if (a.flag("rimOnly")) options.look.finish = Finish::outline;
     if (options.paint.texture == Texture::film) options.look.finish = Finish::mirror;
     if (a.given("light")) options.look.light = a.vector("light");
+    if (a.given("light") && !(length(options.look.light) > 0)) throw ValueError("light=0,0,0 has no direction");
     SurfacePicture picture =
         drawSurface(surface, camera, options, behind ? &behind->image : nullptr, c.follow("shading"));
     if (const auto& carried = picture.carried)
@@ -83,7 +98,7 @@ void shade(Context& c, const Arguments& a) {
                                      {"retries", carried->retries},
                                      {"iterations_mean", carried->meanIterations}};
     c.report("shade") = {{"hits", picture.hits}, {"coverage", picture.coverage}};
-    if (picture.hits == 0) c.warn("the surface is outside the camera's view");
+    if (picture.hits == 0) c.warn(whyNothing(c, a, surface));
     c.give(std::make_shared<const ImageValue>(ImageValue{.image = std::move(picture.image), .camera = camera}));
 }
 

@@ -47,7 +47,8 @@ Vec3f colorOption(const Arguments& a, std::string_view name) {
     const Vec3d given = a.vector(name);
     Vec3f color;
     for (int i = 0; i < 3; ++i) {
-        if (!(given[i] >= 0)) throw ValueError(fmt::format("{} has a negative component", name));
+        if (!(given[i] >= 0 && given[i] <= 1))
+            throw ValueError(fmt::format("{}: {} is not between 0 and 1; colours are sRGB", name, given[i]));
         color[i] = static_cast<float>(given[i]);
     }
     return color;
