@@ -74,6 +74,12 @@ void detail::validate(const FlowN<N>& flow, const AdvectOptions& o) {
         throw ValueError(fmt::format("{} steps; give at least 1, or 0 to have the number chosen", o.steps));
     if (!std::isfinite(o.time)) throw ValueError("time must be finite");
     if (!(o.accuracy >= 0)) throw ValueError(fmt::format("accuracy {} must be positive", o.accuracy));
+    const double rounding = std::numeric_limits<double>::epsilon() * length(flow.domain().box.size());
+    if (o.accuracy > 0 && o.accuracy < rounding && std::isfinite(rounding)) // steps would become shorter without end
+        throw ValueError(
+            fmt::format("accuracy {:.3g} is below the rounding of positions in the flow's box; give at "
+                        "least {:.3g}",
+                        o.accuracy, rounding));
     if (o.adaptive() && !tableauOf(o.usedScheme()).embedded())
         throw ValueError(fmt::format("{} has no error estimate; choose rk23 or rk45 to use an accuracy, or give steps",
                                      kSchemeNames[static_cast<size_t>(o.usedScheme())]));

@@ -61,7 +61,7 @@ class VolumeSource {
         for (int i = 0; i < points.size; ++i)
             accepted[static_cast<size_t>(i)] = accepted[static_cast<size_t>(i)] && mDomain.box.contains(points[i]);
     }
-    const char* failure() const { return "almost no point of the domain is on the flow's side of the wall"; }
+    const char* failure() const { return "the wall or the density rejects almost every point of the domain"; }
 
   private:
     const Domain& mDomain;
@@ -106,7 +106,7 @@ class SurfaceSource {
             accepted[static_cast<size_t>(of[static_cast<size_t>(i)])] = converged[static_cast<size_t>(i)];
         }
     }
-    const char* failure() const { return "the density and the wall reject almost every point of the surface"; }
+    const char* failure() const { return "the box, the density or the wall rejects almost every point of the surface"; }
 
   private:
     /// Newton's method along the gradient.
@@ -134,7 +134,7 @@ class SurfaceSource {
     Cells mCells;
 };
 
-/// Rejects points that density or wall do not allow. `point(i)`: the index of point i of the batch.
+/// Rejects points that box, density or wall do not allow. `point(i)`: the index of point i of the batch.
 template <class PointOf>
 void restrict(const ScatterOptions& o, const PointBatch& points, uint64_t attempt, const PointOf& point,
               Accepted& accepted) {
@@ -144,6 +144,9 @@ void restrict(const ScatterOptions& o, const PointBatch& points, uint64_t attemp
         classify(*o.clear, points, allowed, distance);
         for (size_t i = 0; i < static_cast<size_t>(points.size); ++i) accepted[i] = accepted[i] && allowed[i];
     }
+    if (o.within)
+        for (int i = 0; i < points.size; ++i)
+            accepted[static_cast<size_t>(i)] = accepted[static_cast<size_t>(i)] && o.within->contains(points[i]);
     if (!o.density) return;
     JetBatch<double, 0> density;
     o.density->eval(points, density);

@@ -38,6 +38,7 @@ GridDiagnostics diagnoseGrid(const openvdb::Vec3SGrid& velocity, const std::opti
             const double squared = static_cast<double>(*value) * static_cast<double>(*value);
             const double speed2 = openvdb::Vec3d(active.getValue(ijk)).lengthSqr();
             speeds += speed2;
+            check.maxSpeed = std::max(check.maxSpeed, std::sqrt(speed2));
             ++check.voxels;
             if (staggered && wall && squared * voxel * voxel > kRounding * kRounding * speed2 && isBeyondWall(ijk)) {
                 ++check.beyondWall;

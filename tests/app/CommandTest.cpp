@@ -149,6 +149,18 @@ TEST_CASE("command: check strict=1 fails if a guarantee is violated", "[app][com
     CHECK_THAT(outcome.err, ContainsSubstring("curlew: -check: outside is"));
 }
 
+TEST_CASE("check: warns of a grid that is far faster than the flow", "[app][command]") {
+    const Folder folder;
+    const auto said = [&](const std::string& gridSpeed) {
+        return folder
+            .mustRun("-noise -noise seed=1 -dfvn speed=" + gridSpeed + " -velocity dim=16 -noise -noise seed=1 " +
+                     "-dfvn speed=1 -check samples=500 -expect check/grid_max_speed min=" + gridSpeed)
+            .err;
+    };
+    CHECK_THAT(said("1"), !ContainsSubstring("warning"));
+    CHECK_THAT(said("1000"), ContainsSubstring("warning: the fastest voxel of the grid is"));
+}
+
 TEST_CASE("command: the same input gives the same bytes for any number of threads", "[app][command]") {
     const Folder folder;
     storeMesh(folder, "ball");

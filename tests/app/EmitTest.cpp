@@ -134,6 +134,41 @@ TEST_CASE("emit: two emitters add to the same points and count separately", "[ap
     for (size_t k = 0; k < 40; ++k) CHECK(p.id[k] == static_cast<int64_t>(k));
 }
 
+TEST_CASE("emit: a flow that is named for its wall is the domain, too", "[app]") {
+    const auto frames = framesOf("sphere radius=0.5\nnoise\nnoise seed=1\nbound side=outside\ndfvn as=air",
+                                 "frames 1-3 fps=1\nemit flow=air box=-1,-1,-1,1,1,1 rate=500");
+    const Points& p = frames.back();
+    REQUIRE(p.size() == 1000);
+    for (size_t k = 0; k < p.size(); ++k) CHECK(length(p.position(k)) >= 0.5);
+    // Not without a box: the shape is the emitter.
+    for (const char* on : {"volume", "surface"}) {
+        const auto born = framesOf("sphere radius=0.2 translate=0.7,0,0\nnoise\nnoise seed=1\ndfvn as=air",
+                                   std::string("frames 1-2 fps=1\nemit flow=air rate=100 on=") + on)
+                              .back();
+        REQUIRE(born.size() == 100);
+        for (size_t k = 0; k < born.size(); ++k) CHECK(length(born.position(k) - Vec3d{{0.7, 0, 0}}) < 0.21);
+    }
+}
+
+TEST_CASE("scatter and emit: box= restricts the surface of the newest shape, and replaces its volume", "[app]") {
+    const std::string where = " box=0,0,0,1,1,1";
+    for (const Points& p : {afterwards("sphere\nscatter count=1000 on=surface" + where),
+                            framesOf("sphere", "frames 1-2 fps=1\nemit rate=1000 on=surface" + where).back()}) {
+        REQUIRE(p.size() == 1000);
+        for (size_t k = 0; k < p.size(); ++k) {
+            CHECK(length(p.position(k)) == Approx(1).margin(0.01));
+            CHECK(std::min({p.x[k], p.y[k], p.z[k]}) >= 0);
+        }
+    }
+    const auto outside = [](const Points& p) {
+        size_t count = 0;
+        for (size_t k = 0; k < p.size(); ++k) count += length(p.position(k)) > 1;
+        return count;
+    };
+    CHECK(outside(afterwards("sphere\nscatter count=1000" + where)) > 300);
+    CHECK(outside(afterwards("sphere as=ball\nscatter count=1000 domain=ball" + where)) == 0);
+}
+
 TEST_CASE("emit: emission follows a moving shape", "[app]") {
     const auto frames = framesOf("", "frames 1-4 fps=1\nsphere radius=0.1 translate={10*T},0,0\nemit rate=10");
     const Points& p = frames.back();
@@ -254,7 +289,9 @@ TEST_CASE("emit: points are born where a moving emitter is at the time of their 
     CHECK(std::abs(static_cast<double>(count) - 300) <= 1); // by rounding
     // A slow one is not evaluated between frames, and so gives the same points as ever.
     const std::string slow = "frames 1-2 fps=10\nsphere radius=0.1 translate={0.1*T},0,0\nemit rate=200 seed=4";
-    for (const double x : framesOf("", slow).back().x) CHECK(std::abs(x - 0.01) <= 0.1);
+    const Points slowly = framesOf("", slow).back();
+    CHECK(slowly.size() == 20);
+    for (const double x : slowly.x) CHECK(std::abs(x - 0.01) <= 0.1);
 }
 
 TEST_CASE("emit: points born on a moving obstacle lie on it at the end of every frame", "[app]") {

@@ -452,7 +452,7 @@ TEST_CASE("advect: invalid options are errors that name the value", "[track]") {
     CHECK_THROWS_WITH(run({.scheme = Scheme::rk4}),
                       Catch::ContainsSubstring("rk4") && Catch::ContainsSubstring("rk45"));
     CHECK_THROWS_AS(run({.steps = 5, .scheme = Scheme::euler, .accuracy = 1e-3}), ValueError);
-    for (const double bad : {-1e-3, std::nan("")}) CHECK_THROWS_AS(run({.accuracy = bad}), ValueError);
+    for (const double bad : {-1e-3, std::nan(""), 1e-300}) CHECK_THROWS_AS(run({.accuracy = bad}), ValueError);
     for (const double bad : {kInfinity, -kInfinity, std::nan("")}) CHECK_THROWS_AS(run({.time = bad}), ValueError);
     for (const double bad : {0.0, -1e-9, std::nan("")})
         CHECK_THROWS_AS(run({.reprojection = {.tolerance = bad}}), ValueError);

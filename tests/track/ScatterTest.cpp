@@ -136,6 +136,23 @@ TEST_CASE("scatter on a surface: points lie on the level and depend on seed and 
     CHECK(scatterFrom(domain, 0, 5000, onSurface(4, level)).x == all.x);
 }
 
+TEST_CASE("scatter on a surface: no point lies outside a box that is given", "[track]") {
+    Domain domain = domainOf(sphereSdf(1), Side::outside);
+    domain.box = {{{0, 0, 0}}, {{0.8, 0.8, 0.8}}};
+    ScatterOptions options = onSurface(5, 0.05);
+    const auto outside = [&] {
+        const Points p = scatterFrom(domain, 0, 5000, options);
+        size_t count = 0;
+        for (size_t k = 0; k < p.size(); ++k) count += !domain.box.contains(p.position(k));
+        return count;
+    };
+    CHECK(outside() > 100); // cells of the surface overlap the box's faces
+    options.within = domain.box;
+    CHECK(outside() == 0);
+    options.within = Box{{{2, 2, 2}}, {{3, 3, 3}}};
+    CHECK_THROWS_WITH(outside(), Catch::Matchers::Contains("the box"));
+}
+
 TEST_CASE("scatter on a surface: points are uniform by area", "[track]") {
     constexpr size_t kCount = 40000;
     SECTION("on a sphere by bands of equal height") {

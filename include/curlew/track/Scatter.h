@@ -22,6 +22,7 @@ struct ScatterOptions {
     std::optional<ScalarField> density = {};
     /// If given, no point lies where this domain's wall does not allow it; its box is ignored.
     std::optional<Domain> clear = {};
+    std::optional<Box> within = {}; ///< If given, no point lies outside this box.
 };
 
 /// Returns `count` points, uniform in the domain, with ids 0 … count-1. Point k depends only on the seed and k. Throws
@@ -35,8 +36,8 @@ Points scatterFrom(const Domain& domain, int64_t first, size_t count, uint64_t s
 /// 1/512 of the longest edge of the domain's box, and moved onto it along the gradient. Their density per area is
 /// uniform up to a relative error of (half thickness / radius of curvature)², except near sharp edges. They lie at the
 /// level to within 1e-9 of the box's longest edge. They may lie outside the box's faces by less than the level and the
-/// half thickness together. Also throws ValueError if a surface is requested but there is no wall or the surface does
-/// not meet the box, or if density and wall allow hardly any point.
+/// half thickness together, unless ScatterOptions::within forbids it. Also throws ValueError if a surface is requested
+/// but there is no wall or the surface does not meet the box, or if density, wall and box allow hardly any point.
 Points scatterFrom(const Domain& domain, int64_t first, size_t count, const ScatterOptions& options,
                    const Monitor& monitor = {});
 

@@ -12,9 +12,9 @@ struct GridDiagnostics {
     double divergence = 0;        ///< rms(div) * voxel size / rms|c| over the interior, by OpenVDB's operator (forward
                                   ///< differences if the grid is staggered).
     double divergenceOverall = 0; ///< The same over all active voxels; voxels beyond them count as background.
-    double rmsSpeed = 0;
-    size_t beyondWall =
-        0; ///< Voxels that were left out because their centres are on the wrong side of the wall, or on it.
+    double rmsSpeed = 0, maxSpeed = 0;
+    /// Voxels that were left out because their centres are on the wrong side of the wall, or on it.
+    size_t beyondWall = 0;
 };
 
 /// Measures the divergence of a velocity grid. If a wall is given, voxels of a staggered grid that have divergence on

@@ -129,6 +129,13 @@ Input joinedPoints() {
     return input;
 }
 
+/// The flow whose wall new points must not cross. If these fill a box, it is the domain, too.
+Input airInput() {
+    Input input = maybe(stays("flow", {Kind::flow}), "optional; its wall keeps new points on the flow's side");
+    input.shares = fillsBox;
+    return input;
+}
+
 bool withoutBox(const Arguments& a) { return !a.given("box"); }
 
 } // namespace
@@ -139,8 +146,7 @@ Registry emitActions() {
          .group = kEmitGroup,
          .summary = "emitter: in each frame, add points in or on a flow, shape or level set, which may move, and "
                     "remove expired ones",
-         .takes = {domainInput(), joinedPoints(), densityInput(),
-                   maybe(stays("flow", {Kind::flow}), "optional; its wall keeps new points on the flow's side")},
+         .takes = {domainInput(), joinedPoints(), densityInput(), airInput()},
          .makes = {made("points", {Kind::points})},
          .options = {notNegative("rate", "1000", "1 / s", "number of points born"),
                      positive("life", "", "s", "age at which points die (default: never)"),

@@ -69,6 +69,18 @@ std::vector<std::string> violations(const Json& check, bool staggered) {
     return broken;
 }
 
+/// Returns a warning of a grid whose fastest voxel hides divergence, or is an error; "" for all others.
+std::string tooFast(const Json& check) {
+    constexpr double kMost = 100; // times the flow's rms speed
+    if (!check.contains("grid_max_speed") || !check.contains("rms_speed")) return "";
+    const double times = check["grid_max_speed"].get<double>() / check["rms_speed"].get<double>();
+    if (times <= kMost) return "";
+    return fmt::format(
+        "the fastest voxel of the grid is {:.3g} times as fast as the flow's rms speed; unless its wall "
+        "moves that fast, the grid is not one of this flow",
+        times);
+}
+
 bool ofFlow(const Context& c) { return c.has("what") && c.kind("what") == Kind::flow; }
 
 openvdb::Vec3SGrid::ConstPtr velocityOf(const Context& c) { return vectorsOf(c.grid("velocity").grid); }
@@ -242,6 +254,8 @@ void check(Context& c, const Arguments& a) {
         found["divergence_grid"] = grid.divergence;
         found["divergence_grid_overall"] = grid.divergenceOverall;
         found["staggered"] = staggered;
+        found["grid_rms_speed"] = grid.rmsSpeed;
+        found["grid_max_speed"] = grid.maxSpeed;
         found["voxels"] = grid.voxels;
         if (grid.beyondWall > 0) found["voxels_beyond_wall"] = grid.beyondWall;
     }
@@ -259,6 +273,7 @@ void check(Context& c, const Arguments& a) {
     auto broken = violations(found, staggered);
     broken.insert(broken.end(), lacks.begin(), lacks.end());
     for (const auto& violation : broken) c.warn(violation);
+    if (const std::string warning = tooFast(found); !warning.empty()) c.warn(warning);
     if (a.flag("strict") && !broken.empty()) throw ValueError(join(broken, "; "));
 }
 
@@ -319,7 +334,8 @@ Registry reportActions() {
                     "divergence_by_differences the rms of the divergence by central differences relative to that "
                     "of the Jacobian, and its order how fast it falls with the step; divergence_grid the rms of a "
                     "grid's divergence times voxel / rms speed, and divergence_grid_overall also at the edge of its "
-                    "active voxels; wall_flux the largest velocity through the wall relative to the rms speed; "
+                    "active voxels; grid_max_speed the speed of its fastest voxel; wall_flux the largest velocity "
+                    "through the wall relative to the rms speed; "
                     "outside the number of points on the wrong side of the wall; penetration_max how far "
                     "the deepest point is beyond the wall, negative if all are on the right side.",
          .takes = {flowOrField(), maybe(stays("velocity", {Kind::velocity}), "also checked if there is one"),

@@ -8,14 +8,16 @@ namespace curlew::app {
 using namespace options;
 
 Input domainInput() {
-    Input input =
-        maybe(stays("domain", {Kind::flow, Kind::shape, Kind::levelSet}, "grid"), "optional if box= is given");
+    Input input = maybe(stays("domain", {Kind::flow, Kind::shape, Kind::levelSet}, "grid"),
+                        "optional with box=, unless on=surface; a shape or level set then only as domain=NAME");
     input.amountWith = [](const Arguments& a, const Scope& scope) -> Amount {
-        if (!a.given("box") || a.given("grid")) return {1, 1};
+        if (!fillsBox(a) || a.given("grid")) return {1, 1};
         return scope.linked() || scope.count({Kind::flow}) > 0 ? Amount{0, 1} : Amount{0, 0};
     };
     return input;
 }
+
+bool fillsBox(const Arguments& a) { return a.given("box") && a.choice<ScatterOn>("on") == ScatterOn::volume; }
 
 Domain domainOfInput(const Context& c, std::string_view input) {
     if (c.kind(input) == Kind::flow) return c.flow(input).domain();
@@ -57,6 +59,7 @@ Birthplace birthplaceOf(const Context& c, const Arguments& a, OffSurface off) {
     Birthplace birth{.domain = scatterDomain(c, a), .place = {.on = a.choice<ScatterOn>("on")}};
     if (c.has("density")) birth.place.density = inSpace(c.field("density").field);
     if (!surface) return birth;
+    if (a.given("box")) birth.place.within = birth.domain.box;
     if (!birth.domain.wall)
         throw ValueError(
             "on=surface needs a shape, a level set or a flow with a wall; to use one that is not the newest, name it "

@@ -11,6 +11,9 @@ namespace curlew::app {
 /// level set.
 Input domainInput();
 
+/// Whether points fill a box, so that they need no domain.
+bool fillsBox(const Arguments& a);
+
 /// Returns the domain for points: that of the input, restricted to box= if it is given.
 Domain scatterDomain(const Context& c, const Arguments& a);
 

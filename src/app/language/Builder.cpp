@@ -180,13 +180,18 @@ std::vector<std::vector<Link>> Builder::inputsOf(const Statement& statement) con
     const auto& takes = statement.arguments.action().takes;
     std::vector<std::vector<Link>> inputs(takes.size());
     std::vector<const Entry*> used;
-    for (const auto& [name, names] : statement.inputs)
-        if (names != std::vector<std::string>{"none"})
-            for (const auto& one : names) {
-                const Link link = inContextOf(fmt::format("{}={}", name, one), [&] { return resolved(one); });
-                for (const Entry& entry : mEntries)
-                    if (entry.link == link) used.push_back(&entry);
-            }
+    const auto shares = [&](const std::string& name) {
+        return std::ranges::any_of(
+            takes, [&](const Input& i) { return i.name == name && i.shares && i.shares(statement.arguments); });
+    };
+    for (const auto& [name, names] : statement.inputs) {
+        if (names == std::vector<std::string>{"none"}) continue;
+        for (const auto& one : names) {
+            const Link link = inContextOf(fmt::format("{}={}", name, one), [&] { return resolved(one); });
+            for (const Entry& entry : mEntries)
+                if (entry.link == link && !shares(name)) used.push_back(&entry);
+        }
+    }
     const bool walls = !enoughBesideWalls(statement);
     for (size_t k = takes.size(); k-- > 0;) inputs[k] = chosen(takes[k], statement, walls, used);
     return inputs;

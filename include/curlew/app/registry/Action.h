@@ -93,6 +93,8 @@ struct Input {
     /// Returns the amount if it depends on the options. An amount of 0 means that the options leave the input without
     /// effect.
     std::function<Amount(const Arguments&, const Scope&)> amountWith = {};
+    /// Returns whether, with these options, the object named for this input may also be the newest one for another.
+    std::function<bool(const Arguments&)> shares = {};
     /// Returns the names of the objects that the action's words refer to. They are linked in this order.
     std::function<std::vector<std::string>(const Arguments&)> namesWith = {};
 };
