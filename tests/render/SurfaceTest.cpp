@@ -135,6 +135,26 @@ TEST_CASE("Surface: rays find the first level crossing of a general field", "[re
     CHECK(thin <= 3);
 }
 
+TEST_CASE("Surface: rays find the same with a bound of second derivatives as without", "[render]") {
+    const auto octaves = GENERATE(1, 4);
+    const ScalarField noise = noiseField<GradientNoise<3>>({}, {.frequency = 2, .octaves = octaves});
+    const ScalarField unknown = noise * constantField(1);
+    REQUIRE(noise.homogeneous());
+    REQUIRE_FALSE(unknown.homogeneous());
+    const auto rays = raysInwards(20000);
+    const auto with = hitsOf(Surface(noise, 0.1, test::cube(0.8), false), rays);
+    const auto without = hitsOf(Surface(unknown, 0.1, test::cube(0.8), false), rays);
+    size_t found = 0, differ = 0;
+    for (size_t k = 0; k < rays.size(); ++k) {
+        found += without[k].found();
+        differ += with[k].found() != without[k].found() ||
+                  (with[k].found() && std::abs(with[k].distance - without[k].distance) > 1e-6);
+    }
+    CAPTURE(octaves);
+    CHECK(found > 10000);
+    CHECK(differ <= 1); // a ray that grazes the surface
+}
+
 TEST_CASE("Surface: a box cuts solids and leaves sheets open", "[render]") {
     const Sdf ground = planeSdf({{0, 1, 0}}, 0);
     const Box box = test::cube(1);
