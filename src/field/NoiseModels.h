@@ -81,6 +81,7 @@ struct Octaves {
         }
         return sum;
     }
+    /// Billow bends the noise sharply at its zeros, which few random places are near.
     bool homogeneous() const { return billow == 0; }
     /// Returns the cell size of the octave with the lowest frequency.
     double wavelength() const {
@@ -154,7 +155,6 @@ struct WarpedOctaves {
     }
     Interval range() const { return plain.range(); }
     double wavelength() const { return plain.wavelength(); }
-    bool homogeneous() const { return plain.homogeneous(); }
 
   private:
     /// Not inlined, so that both precisions of the result share it.

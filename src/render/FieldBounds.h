@@ -14,10 +14,10 @@ struct FieldBounds {
     double bend = kUnknown; ///< Largest second derivative along any line, per unit of length.
 };
 
-/// Estimates the bounds in a box for rays that look for a value: 1.5 times the largest derivatives at random places and
-/// near the places where the field has this value on the edges of a lattice. The second derivatives are only known of
-/// homogeneous fields: in others, a kink or a narrow bend may be where none of these places is. Throws ValueError if no
-/// place has a slope.
+/// Estimates the bounds in a box for rays that look for a value: 1.5 times the largest derivatives at random places.
+/// Only homogeneous fields have a bound of the second derivatives; in others, a kink or a narrow bend may be where none
+/// of these places is. In those, bisections towards the value on the edges of a lattice look for steeper slopes. Throws
+/// ValueError if no place has a slope.
 FieldBounds boundsOf(const ScalarField& field, double value, const Box& box);
 
 } // namespace curlew::detail

@@ -65,7 +65,7 @@ struct Stroke {
     Stroke(const SplatBins& bins, const SplatVertex& from, const SplatVertex& to, float visible) : a(from), b(to) {
         const float dx = b.x - a.x, dy = b.y - a.y;
         length = std::sqrt(dx * dx + dy * dy);
-        if (!(length > 0)) (a.depth < b.depth ? b : a) = a.depth < b.depth ? a : b;
+        if (!(length > 0)) a = b = from.depth < to.depth ? from : to;
         radius = bins.drawnRadius(a.depth) * visible;
         most = radius;
         if (!(length > 0)) return;

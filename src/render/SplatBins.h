@@ -45,16 +45,16 @@ class SplatBins {
     /// Radius that is drawn, pixels.
     float drawnRadius(float depth) const { return std::max(radius(depth), mLook.pixels); }
     float pixelsPerUnit(float depth) const { return mLook.focal / depth; }
+    /// Returns the brightness factor of a splat at that depth due to haze.
+    float haze(float depth) const {
+        return 1 - mLook.fade * std::clamp((depth - mLook.near) * mLook.perDepth, 0.0f, 1.0f);
+    }
     /// Returns in how many parts, of the same depth ratio, an edge between two depths looks the same if each has one
     /// projected radius.
     int evenParts(float near, float far) const {
         constexpr float kRatio = 1.1f;
         if (!(mLook.radius > 0 && far > kRatio * near)) return 1;
         return static_cast<int>(std::ceil(std::log(far / near) / std::log(kRatio)));
-    }
-    /// Returns the brightness factor of a splat at that depth due to haze.
-    float haze(float depth) const {
-        return 1 - mLook.fade * std::clamp((depth - mLook.near) * mLook.perDepth, 0.0f, 1.0f);
     }
     /// Returns the brightness factor from Splats::fade.
     float fade(size_t k) const { return mVisible.empty() ? 1 : mVisible[k]; }

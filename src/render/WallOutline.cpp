@@ -142,7 +142,7 @@ struct HalfImage {
     }
     /// Returns the interpolated value at the centre of a whole pixel; nullopt if there is an edge.
     std::optional<float> smoothAt(int x, int y) const {
-        constexpr float kEdge = 0.03f;
+        constexpr float kEdge = 0.03f; // more of a difference between neighbours shows as a step
         const Between across = between(x, width), down = between(y, height);
         const std::array<float, 4> v{at(across.lower, down.lower), at(across.upper, down.lower),
                                      at(across.lower, down.upper), at(across.upper, down.upper)};

@@ -36,6 +36,19 @@ TEST_CASE("ScalarField: wavelength is that of the lowest octave in the expressio
     CHECK(constantField(1).wavelength() == 0);
 }
 
+TEST_CASE("ScalarField: noises, ramps, their sums and their affine maps are homogeneous", "[field]") {
+    const ScalarField ramp = rampField(Vec3d{{1, 0, 0}});
+    CHECK(kNoise.homogeneous());
+    CHECK((kNoise - 2.0 * ramp).homogeneous());
+    CHECK(placed(kNoise, {.rotate = {{10, 20, 30}}, .scale = {{1, 1, 8}}}).homogeneous());
+    CHECK_FALSE(noiseField<Psrd3>({}, {.octaves = 2, .warp = 0.1}).homogeneous());
+    CHECK_FALSE(noiseField<Psrd3>({}, {.billow = 0.1}).homogeneous());
+    CHECK_FALSE(smoothMin(kNoise, ramp, 0).homogeneous());
+    CHECK_FALSE((kNoise * ramp).homogeneous());
+    CHECK_FALSE(displaced(kNoise, kNoise, 0.1).homogeneous());
+    CHECK_FALSE((kNoise + smoothMin(kNoise, ramp, 0)).homogeneous());
+}
+
 TEST_CASE("noiseScaleOf: the slope is the rms gradient for any box", "[field]") {
     double sum = 0;
     constexpr uint64_t kCount = 50000;

@@ -120,8 +120,7 @@ class ScalarFieldN {
     /// Creates a field from a model M. M is pointwise (above) or has
     /// `template <int Order, class T> void evalBatch(const PointBatchN<N>&, JetBatchN<T, N, Order>&) const`.
     /// It may have `Interval range() const`, `double wavelength() const`, `bool homogeneous() const` and kernels
-    /// (above). With kernels, T may be
-    /// lanes, and the batch is then a JetBatchN<NumberOf<T>, N, Order>. It may have
+    /// (above). With kernels, T may be lanes, and the batch is then a JetBatchN<NumberOf<T>, N, Order>. It may have
     /// `template <int Order, class T> OnLattice<T, Order> onLattice(const PointLattice&) const`, which computes the
     /// same bits on a lattice faster than batch by batch, or returns an empty function where it is no faster. Models
     /// that satisfy one of the concepts of symbols above can be written as a shader.
@@ -191,8 +190,9 @@ class ScalarFieldN {
     /// is known.
     double wavelength() const { return mModel->wavelength(); }
 
-    /// Returns whether the field is smooth and its derivatives are known to be alike everywhere, as those of a noise,
-    /// so that their largest values can be found at random places.
+    /// Returns whether the field is known to be smooth and to have derivatives of much the same size everywhere, so
+    /// that random places show their largest values. Noises without billow and warp, ramps, and sums and affine maps of
+    /// these are.
     bool homogeneous() const { return mModel->homogeneous(); }
 
   private:

@@ -42,8 +42,8 @@ class Surface {
     explicit Surface(const Sdf& sdf) : Surface(sdf, sdf.bounds) {}
     /// The level set of a field at a value. If `solid`, the region below the value is filled, so the box cuts it like a
     /// shape; otherwise the surface is a sheet that is open at the box. The field's bounds are estimated as 1.5 times
-    /// the steepest gradients (and largest Hessians) at random places, and towards the surface on the edges of a
-    /// lattice of 48³ places. Also throws ValueError if none of them has a gradient.
+    /// the largest derivatives at random places; unless the field is homogeneous, the steepest slopes are also looked
+    /// for near the surface, on the edges of a lattice of 48³ places. Also throws ValueError if no place has a slope.
     Surface(const ScalarField& field, double value, const Box& box, bool solid);
     /// A level set. Throws ValueError if it is empty.
     explicit Surface(const LevelSet& levelSet);

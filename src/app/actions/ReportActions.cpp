@@ -69,7 +69,8 @@ std::vector<std::string> violations(const Json& check, bool staggered) {
     return broken;
 }
 
-/// Returns a warning of a grid whose fastest voxel hides divergence, or is an error; "" for all others.
+/// Returns a warning if the grid's fastest voxel is so fast that figures relative to the grid's rms speed say nothing
+/// of the other voxels; otherwise "".
 std::string tooFast(const Json& check) {
     constexpr double kMost = 100; // times the flow's rms speed
     if (!check.contains("grid_max_speed") || !check.contains("rms_speed")) return "";
