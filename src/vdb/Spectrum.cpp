@@ -40,12 +40,47 @@ openvdb::CoordBBox boxOf(const openvdb::Vec3SGrid& velocity) {
     if (box.empty()) throw ValueError("a spectrum needs a grid with active voxels");
     if (!hasCubicVoxels(velocity)) throw ValueError("a spectrum needs cubic voxels");
     const Coord dim = box.dim();
-    if (std::min({dim[0], dim[1], dim[2]}) < 2)
-        throw ValueError(fmt::format("a spectrum needs at least 2 voxels along each axis, not {} x {} x {}", dim[0],
-                                     dim[1], dim[2]));
+    if (box.volume() == 1) throw ValueError("a spectrum needs more than one voxel");
     requireMemory(static_cast<double>(box.volume()) * sizeof(Complex),
                   fmt::format("the spectrum of {} x {} x {} voxels", dim[0], dim[1], dim[2]), "use larger voxels");
     return box;
+}
+
+/// The axes along which the velocity changes.
+struct Varying {
+    std::array<bool, 3> axes{};
+    Varying& operator+=(const Varying& o) {
+        for (size_t axis = 0; axis < 3; ++axis) axes[axis] |= o.axes[axis];
+        return *this;
+    }
+    bool everywhere() const { return axes[0] && axes[1] && axes[2]; }
+};
+
+/// Compares each voxel with the first one in its row along each axis.
+Varying varyingIn(const openvdb::Vec3SGrid& velocity, const openvdb::CoordBBox& box) {
+    return parallelSum(static_cast<size_t>(box.dim()[0]), 1, [&](size_t begin, size_t end) {
+        const openvdb::tree::ValueAccessor<const openvdb::Vec3STree, /*IsSafe=*/false> grid(velocity.tree());
+        Varying found;
+        auto part = box;
+        part.min()[0] = box.min()[0] + static_cast<int>(begin);
+        part.max()[0] = box.min()[0] + static_cast<int>(end) - 1;
+        for (auto voxel = part.begin(); voxel && !found.everywhere(); ++voxel)
+            for (int axis = 0; axis < 3; ++axis) {
+                Coord first = *voxel;
+                first[axis] = box.min()[axis];
+                if (grid.getValue(*voxel) != grid.getValue(first)) found.axes[static_cast<size_t>(axis)] = true;
+            }
+        return found;
+    });
+}
+
+/// Returns the number of voxels along the shortest edge along which the velocity changes; of a constant velocity, along
+/// the longest edge.
+size_t shortestVarying(const std::array<size_t, 3>& size, const Varying& varying) {
+    size_t shortest = std::max({size[0], size[1], size[2]});
+    for (size_t axis = 0; axis < 3; ++axis)
+        if (varying.axes[axis]) shortest = std::min(shortest, size[axis]);
+    return shortest;
 }
 
 /// Returns the window along one axis, periodic: 0 midway between the last sample and the first.
@@ -135,19 +170,18 @@ struct Shells {
     }
 };
 
-/// Returns the energy of the coefficients in each shell.
-Shells shellsOf(const SpectrumSamples& samples, size_t count) {
+/// Returns the energy of the coefficients in each shell. A shell is as wide as one cycle over `shortest` voxels.
+Shells shellsOf(const SpectrumSamples& samples, size_t shortest, size_t count) {
     const size_t nx = samples.size[0], ny = samples.size[1], nz = samples.size[2];
-    const auto shortest = static_cast<double>(std::min({nx, ny, nz}));
-    const auto total = static_cast<double>(samples.values.size());
+    const auto edge = static_cast<double>(shortest), total = static_cast<double>(samples.values.size());
     return parallelSum(nx, 1, [&](size_t begin, size_t end) {
         Shells sum{std::vector<double>(count)};
         for (size_t i = begin; i < end; ++i)
             for (size_t j = 0; j < ny; ++j)
                 for (size_t k = 0; k < nz; ++k) {
-                    const double squared = shellsSquared(i, nx, shortest / static_cast<double>(nx)) +
-                                           shellsSquared(j, ny, shortest / static_cast<double>(ny)) +
-                                           shellsSquared(k, nz, shortest / static_cast<double>(nz));
+                    const double squared = shellsSquared(i, nx, edge / static_cast<double>(nx)) +
+                                           shellsSquared(j, ny, edge / static_cast<double>(ny)) +
+                                           shellsSquared(k, nz, edge / static_cast<double>(nz));
                     const auto shell = static_cast<size_t>(std::lround(std::sqrt(squared)));
                     sum.energy[shell] += 0.5 * std::norm(samples.values[(i * ny + j) * nz + k]) / (total * total);
                 }
@@ -185,8 +219,8 @@ LogSums logSums(const EnergySpectrum& spectrum, double lower, double upper) {
 EnergySpectrum energySpectrum(const openvdb::Vec3SGrid& velocity, const SpectrumOptions& options,
                               const Monitor& monitor) {
     SpectrumSamples samples(boxOf(velocity));
-    const auto& size = samples.size;
-    const size_t shortest = std::min({size[0], size[1], size[2]});
+    const Varying varying = varyingIn(velocity, samples.box);
+    const size_t shortest = shortestVarying(samples.size, varying);
     const double voxel = velocity.voxelSize()[0];
     EnergySpectrum spectrum{.shellWidth = 1 / (static_cast<double>(shortest) * voxel),
                             .nyquist = 1 / (2 * voxel),
@@ -194,14 +228,15 @@ EnergySpectrum energySpectrum(const openvdb::Vec3SGrid& velocity, const Spectrum
     const size_t count = static_cast<size_t>(std::ceil(std::sqrt(3) / 2 * static_cast<double>(shortest))) + 2;
     spectrum.energy.resize(count);
     std::array<std::vector<double>, 3> window;
-    for (size_t axis = 0; axis < 3; ++axis) window[axis] = windowOf(size[axis], options.window);
+    for (size_t axis = 0; axis < 3; ++axis)
+        window[axis] = windowOf(samples.size[axis], varying.axes[axis] ? options.window : SpectrumWindow::none);
     for (int component = 0; component < 3; ++component) {
         const WaveMoments moments = read(velocity, component, window, samples);
         for (size_t axis = 0; axis < 3; ++axis) {
             monitor.check();
             transform(samples, axis);
         }
-        const Shells shells = shellsOf(samples, count);
+        const Shells shells = shellsOf(samples, shortest, count);
         // Scales by the energy that the window has removed.
         const double whole = moments.windowed > 0 ? moments.energy / moments.windowed : 0;
         for (size_t s = 0; s < count; ++s) spectrum.energy[s] += whole * shells.energy[s] / spectrum.shellWidth;

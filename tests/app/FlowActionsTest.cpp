@@ -256,11 +256,17 @@ TEST_CASE("spectrum action: reports and plots the spectrum of a velocity grid", 
     const auto report = jsonOf(folder / "a.json")["waves"];
     CHECK(report["energy"].size() == report["wave_numbers"].size());
     CHECK(report["nyquist"].get<double>() == Approx(8));
-    CHECK(report["peak"].get<double>() > 0.5);
+    CHECK(report["peak"].get<double>() == Approx(1.5));
     double total = 0;
     for (const double e : report["energy"]) total += e * report["shell_width"].get<double>();
     CHECK(total == Approx(report["kinetic_energy"].get<double>()));
     CHECK(std::filesystem::file_size(folder / "a.svg") > 1000);
+    const auto said = [&](const std::string& box) {
+        return folder.mustRun("-noise -noise seed=1 -dfvn box=" + box + " -velocity dim=24 -spectrum").err;
+    };
+    const auto saysSmall = Catch::Matchers::ContainsSubstring("warning: the peak is at the lowest wave number");
+    CHECK_THAT(said("0,0,0,4,4,4"), !saysSmall);
+    CHECK_THAT(said("0,0,0,0.5,0.5,0.5"), saysSmall);
     folder.mustFail("-noise -noise seed=1 -dfvn -velocity dim=8 -spectrum fit=100,200", {"-spectrum", "two shells"});
     folder.mustFail("-sphere -spectrum", {"-spectrum", "velocity"});
 }

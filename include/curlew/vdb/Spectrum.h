@@ -9,7 +9,7 @@
 
 namespace curlew {
 
-/// The window that is applied along each axis of the box.
+/// The window that is applied along each axis along which the velocity changes.
 enum class SpectrumWindow {
     none, ///< No window, for fields that tile with the box. Other fields jump at its ends, which adds a k^-2 spectrum.
     hann  ///< Fluctuations fade out towards the ends of the box. Peaks become three shells wide.
@@ -24,7 +24,8 @@ struct SpectrumOptions {
 /// The distribution of the kinetic energy of a velocity field, ½ |u|² per mass, over wave numbers.
 struct EnergySpectrum {
     /// In cycles per world unit, like the frequency of a noise: the width of a shell, which is 1 / the shortest edge of
-    /// the box, and the largest wave number that the voxels resolve. Shell s is centred at s shellWidth.
+    /// the box along which the velocity changes, and the largest wave number that the voxels resolve. Shell s is
+    /// centred at s shellWidth. So the spectrum of a flow in two dimensions does not depend on how thick its grid is.
     double shellWidth = 0, nyquist = 0;
     /// E(k) of each shell, in energy per wave number. The sum times shellWidth is kineticEnergy. Shell 0 includes the
     /// energy of the mean velocity. Shells beyond nyquist are incomplete: they contain only the corners of the box of
@@ -39,8 +40,8 @@ struct EnergySpectrum {
 /// Computes the energy spectrum over the bounding box of a velocity grid's active voxels. Inactive voxels count with
 /// their value, 0 for a background of 0. On a staggered grid each component is sampled at its own faces, which does not
 /// change its energy. Uses KISS FFT in double, and 16 bytes of memory per voxel of the box. The result has the same
-/// bytes for any number of threads. Throws ValueError if the grid has no active voxels, the box has fewer than 2 voxels
-/// along an axis, the voxels are not cubes, or a value is not finite; ResourceError if the box would not fit in memory.
+/// bytes for any number of threads. Throws ValueError if the grid has no active voxels or only one, the voxels are not
+/// cubes, or a value is not finite; ResourceError if the box would not fit in memory.
 EnergySpectrum energySpectrum(const openvdb::Vec3SGrid& velocity, const SpectrumOptions& options = {},
                               const Monitor& monitor = {});
 

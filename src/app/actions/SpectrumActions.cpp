@@ -64,6 +64,11 @@ void spectrum(Context& c, const Arguments& a) {
         fmt::format("spectrum: kinetic energy {:.4g}, peak at {:.4g} cycles per world unit; E(k) ~ k^{:.3g} from "
                     "{:.4g} to {:.4g} (Kolmogorov: -5/3)",
                     found.kineticEnergy, peakWaveNumber(found), slope, fit.lower, fit.upper));
+    if (peakWaveNumber(found) == found.waveNumber(1))
+        c.warn(fmt::format(
+            "the peak is at the lowest wave number that the grid's shortest edge can show, {:.4g} cycles per "
+            "world unit, so larger eddies may be cut off; use a larger box",
+            found.shellWidth));
     if (!a.given("plot")) return;
     const std::string svg = plotSvg(
         plotOf(found, fit), {.title = a.text("title"), .yLabel = "energy per wave number", .logX = true, .logY = true});
