@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "LeafTable.h"
 #include "curlew/field/Batch.h"
 #include "curlew/math/CubicBSpline.h"
 
@@ -20,26 +21,46 @@ struct SplineContraction {
     };
 };
 
-/// Computes the voxel whose centre is next below each position, as integers, and the position relative to it.
-/// Coordinates that no voxel can have, and NaN, become kNowhere.
-struct VoxelKernel {
-    static constexpr double kNowhere = 0x1p30; ///< An int.
+/// Where the positions of a batch are in a grid. All but `fraction` are integers.
+struct SplinePlaces {
+    PointBatch leaf; ///< Coordinates of the leaf: its origin / 8.
+    PointBatch fraction;
+    alignas(64) std::array<double, kBatch> column, layer, slot, place; ///< LeafTable::Key.
+    alignas(64) std::array<double, kBatch> inBlock; ///< Of the first of the 4³ coefficients in the block of the leaf.
+
+    LeafTable::Key<double> key(size_t i) const { return {column[i], layer[i], slot[i], place[i]}; }
+};
+
+/// Computes the voxel whose centre is next below each position, and the position relative to it. Coordinates that no
+/// voxel can have, and NaN, become kNowhere. `slots`: of the LeafTable.
+struct PlaceKernel {
+    static constexpr double kNowhere = 0x1p30;
 
     template <class T>
-    static void run(const PointBatch& points, const Matrix3& toIndex, const Vec3d& shift, PointBatch& voxel,
-                    PointBatch& fraction) {
+    static void run(const PointBatch& points, const Matrix3& toIndex, const Vec3d& shift, const double& slots,
+                    SplinePlaces& places) {
+        constexpr double kLeaf = SplineContraction::kLeaf, kBlock = SplineContraction::kBlock;
         for (int i = 0; i < points.size; i += kLanes<T>) {
+            const auto n = static_cast<size_t>(i);
             const Vec3<T> p = points.template lanes<T>(i);
-            Vec3<T> base, rest;
+            Vec3<T> leaf, within, rest;
             for (int axis = 0; axis < 3; ++axis) {
                 T x(shift[axis]);
                 for (int k = 0; k < 3; ++k) x = mulAdd(T(toIndex[axis][k]), p[k], x);
                 const auto near = abs(x) < T(kNowhere);
-                base[axis] = select(near, floor(x), T(kNowhere));
-                rest[axis] = select(near, x - base[axis], T(0));
+                const T voxel = select(near, floor(x), T(kNowhere));
+                rest[axis] = select(near, x - voxel, T(0));
+                leaf[axis] = floor(voxel * T(1 / kLeaf));
+                within[axis] = mulAdd(leaf[axis], T(-kLeaf), voxel);
             }
-            voxel.set(i, base);
-            fraction.set(i, rest);
+            const auto key = LeafTable::keyOf<T>(leaf, slots);
+            places.leaf.set(i, leaf);
+            places.fraction.set(i, rest);
+            store(key.column, &places.column[n]);
+            store(key.layer, &places.layer[n]);
+            store(key.slot, &places.slot[n]);
+            store(key.place, &places.place[n]);
+            store(mulAdd(mulAdd(within[0], T(kBlock), within[1]), T(kBlock), within[2]), &places.inBlock[n]);
         }
     }
 };

@@ -1,20 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "SplineField.h"
 
-#include "LeafTable.h"
+#include "SplineBlocks.h"
 #include "SplineContraction.h"
 #include "SplineLattice.h"
 #include "curlew/base/Error.h"
-#include "curlew/base/Parallel.h"
 #include "curlew/math/Dispatch.h"
 #include "curlew/vdb/LevelSet.h"
 #include "curlew/vdb/Openvdb.h"
 
-#include <openvdb/tree/LeafManager.h>
-
 #include <algorithm>
 #include <bit>
-#include <limits>
 #include <map>
 #include <memory>
 #include <utility>
@@ -26,35 +22,47 @@ namespace {
 
 using openvdb::Coord;
 
-/// A tricubic B-spline on the leaves of a narrow band. Each leaf stores all the coefficients that a position in it
-/// needs, including its neighbours', in one block. So a lookup is one entry of a table and 64 values close together in
-/// memory.
+/// The tricubic B-spline of a narrow band. Where there is no block of coefficients, it is the value of the grid there,
+/// or the spline that continues it.
 class SplineField {
   public:
-    explicit SplineField(openvdb::FloatGrid::ConstPtr grid) : mGrid(std::move(grid)) {
+    explicit SplineField(openvdb::FloatGrid::ConstPtr grid) : SplineField(std::move(grid), 0, nullptr) {}
+    /// `reach`: see SplineBlocks.
+    SplineField(openvdb::FloatGrid::ConstPtr grid, double reach, std::shared_ptr<const SplineField> beyond)
+        : mGrid(std::move(grid)), mBeyond(std::move(beyond)) {
         const auto& map = *mGrid->transform().baseMap();
         const openvdb::Mat4d toIndex = map.getAffineMap()->getMat4().inverse(); // row vectors: x_index = x_world M
         for (int i = 0; i < 3; ++i) {
             for (int j = 0; j < 3; ++j) mToIndex[i][j] = toIndex(j, i);
             mShift[i] = toIndex(3, i);
         }
-        buildBlocks();
+        mBlocks = SplineBlocks(mGrid, reach, mBeyond ? &mBeyond->mBlocks : nullptr);
     }
 
     template <int Order, class T>
     void evalBatch(const PointBatch& points, JetBatch<T, Order>& jets) const {
-        SplineContraction::Places places;
-        places.size = points.size;
-        std::array<float, kBatch> level;
-        if (find(points, places, level)) {
-            const bool few = Order > 2 || points.size <= 2; // there are no lanes for third derivatives
-            if constexpr (Order <= 2)
-                if (!few) runKernel<SplineKernel<Order>, T>(std::as_const(places), mToIndex, jets);
-            if (few) SplineKernel<Order>::template run<T>(places, mToIndex, jets);
+        Located located;
+        locate(points, located);
+        const SplineContraction::Places& places = located.places;
+        if (places.size == points.size) return contract(places, jets);
+        if (places.size > 0) {
+            JetBatch<T, Order> inBand;
+            contract(places, inBand);
+            for (int n = 0; n < places.size; ++n) jets.set(located.lane[static_cast<size_t>(n)], inBand[n]);
         }
-        for (int i = 0; i < points.size; ++i)
-            if (const float beyond = level[static_cast<size_t>(i)]; beyond != kInBand)
-                jets.set(i, Jet<T, 3, Order>(static_cast<T>(beyond)));
+        // The others follow, from the last lane on.
+        const int count = points.size - places.size;
+        const auto lane = [&](int n) { return located.lane[static_cast<size_t>(points.size - 1 - n)]; };
+        if (!mBeyond) {
+            for (int n = 0; n < count; ++n)
+                jets.set(lane(n), Jet<T, 3, Order>(static_cast<T>(located.level[static_cast<size_t>(lane(n))])));
+            return;
+        }
+        PointBatch rest;
+        for (int n = 0; n < count; ++n) rest.push(points[lane(n)]);
+        JetBatch<T, Order> there;
+        mBeyond->evalBatch<Order, T>(rest, there);
+        for (int n = 0; n < count; ++n) jets.set(lane(n), there[n]);
     }
 
     template <int Order, class T>
@@ -66,16 +74,32 @@ class SplineField {
         const openvdb::tree::ValueAccessor<const openvdb::FloatTree, /*IsSafe=*/false> levels(mGrid->tree());
         spline.collect([&](int i, int j, int k) -> SplineLattice::Leaf {
             const Coord leaf(i, j, k);
-            const int32_t number = mBlockOf.find(leaf);
-            if (number == LeafTable::kNone) return {nullptr, levels.getValue(leaf << 3)};
-            return {mBlocks[static_cast<size_t>(number)].data(), 0};
+            if (const float* block = mBlocks.at(leaf)) return {block, 0};
+            return {nullptr, levels.getValue(leaf << 3)};
         });
+        OnLattice<T, Order> there;
+        if (mBeyond && !spline.beyond().empty()) {
+            there = mBeyond->onLattice<Order, T>(lattice);
+            if (!there || !spline.anyInBand()) return there;
+        }
         const auto jets = std::make_shared<LatticeJets<T, Order>>(spline);
         if (spline.anyInBand())
             runOnLines<SplineLatticeKernel<Order>, T>(spline.axes()[2].base.size(), std::as_const(spline), mToIndex,
                                                       *jets);
-        jets->fillBeyond(spline);
-        return [jets](const LatticeBatch& batch, JetBatch<T, Order>& to) { jets->copy(batch, to); };
+        if (!there) {
+            jets->fillBeyond(spline);
+            return [jets](const LatticeBatch& batch, JetBatch<T, Order>& to) { jets->copy(batch, to); };
+        }
+        std::vector<uint8_t> isBeyond(lattice.combinations());
+        spline.forRowsBeyond([&](size_t first, size_t count, float) { std::fill_n(&isBeyond[first], count, 1); });
+        return [jets, there = std::move(there), isBeyond = std::move(isBeyond)](const LatticeBatch& batch,
+                                                                                JetBatch<T, Order>& to) {
+            JetBatch<T, Order> other;
+            jets->copy(batch, to);
+            there(batch, other);
+            for (int i = 0; i < batch.points.size; ++i)
+                if (isBeyond[batch.number(i)] != 0) to.set(i, other[i]);
+        };
     }
 
     /// The same from buffers: a dense index of the leaves, and the coefficients of the blocks and the levels of tiles.
@@ -115,18 +139,28 @@ class SplineField {
         });
         const Word background(dense.background), beyond = select(outside, background, number & Word(~Dense::kLevel));
         const S level = coefficient(select(inBand, background, beyond));
-        return select(inBand, pullBack(jet, mToIndex), Jet<S, 3, Order>(level));
+        return select(inBand, pullBack(jet, mToIndex),
+                      mBeyond ? mBeyond->symbols<Order>(module, p) : Jet<S, 3, Order>(level));
     }
 
-    /// The values of a spline lie between its coefficients.
-    Interval range() const { return mRange; }
-    /// Maximum length of the gradient, from the central differences of the coefficients, of which the gradient is an
-    /// average.
-    double lipschitz() const { return mLipschitz; }
+    Interval range() const {
+        if (!mBeyond) return mBlocks.range();
+        const Interval near = mBlocks.range(), far = mBeyond->range();
+        return {std::min(near.lower, far.lower), std::max(near.upper, far.upper)};
+    }
+    double lipschitz() const {
+        return mBeyond ? std::max(mBlocks.lipschitz(), mBeyond->lipschitz()) : mBlocks.lipschitz();
+    }
 
   private:
     static constexpr int kBlock = SplineContraction::kBlock;
-    using Block = std::array<float, kBlock * kBlock * kBlock>;
+
+    /// The positions of a batch in the band, and all lanes: first theirs, then, from the last one on, the others.
+    struct Located {
+        SplineContraction::Places places;
+        std::array<int, kBatch> lane;
+        std::array<float, kBatch> level; ///< By lane, of the others.
+    };
 
     /// The field as buffers.
     struct Dense {
@@ -160,13 +194,14 @@ class SplineField {
         openvdb::CoordBBox voxels;
         mGrid->tree().evalLeafBoundingBox(voxels);
         voxels.expand(mGrid->evalActiveVoxelBoundingBox());
+        const auto leafOf = [](const Coord& ijk) { return SplineBlocks::leafOf(ijk); };
         Dense dense{.lowest = leafOf(voxels.min()),
                     .size = leafOf(voxels.max()) - leafOf(voxels.min()) + Coord(1),
                     .background = 0};
         const auto count = static_cast<double>(dense.size[0]) * dense.size[1] * dense.size[2];
         if (!(count <= static_cast<double>(Dense::kMostLeaves)))
             throw ValueError("the narrow band of a level set extends too far for a shader; use larger voxels");
-        for (const Block& block : mBlocks)
+        for (const SplineBlocks::Block& block : mBlocks.all())
             for (const float c : block) dense.values->push_back(std::bit_cast<uint32_t>(c));
         std::map<float, uint32_t> levels;
         const auto levelOf = [&](float level) {
@@ -180,7 +215,7 @@ class SplineField {
             for (int j = 0; j < dense.size[1]; ++j)
                 for (int k = 0; k < dense.size[2]; ++k) {
                     const Coord leaf = dense.lowest + Coord(i, j, k);
-                    const int32_t number = mBlockOf.find(leaf);
+                    const int32_t number = mBlocks.numberOf(leaf);
                     const bool inBand = number != LeafTable::kNone;
                     dense.leaves->push_back(inBand ? static_cast<uint32_t>(number)
                                                    : Dense::kLevel | levelOf(values.getValue(leaf << 3)));
@@ -188,108 +223,48 @@ class SplineField {
         return dense;
     }
 
-    static Coord leafOf(const Coord& ijk) { return {ijk[0] >> 3, ijk[1] >> 3, ijk[2] >> 3}; }
-
-    void buildBlocks() {
-        std::vector<const openvdb::FloatTree::LeafNodeType*> leaves;
-        mGrid->tree().getNodes(leaves);
-        mBlocks.resize(leaves.size());
-        std::vector<Coord> coordinates;
-        coordinates.reserve(leaves.size());
-        for (const auto* leaf : leaves) coordinates.push_back(leafOf(leaf->origin()));
-        mBlockOf = LeafTable(coordinates);
-        parallelFor(leaves.size(), 16, [&](size_t begin, size_t end) {
-            const openvdb::tree::ValueAccessor<const openvdb::FloatTree, false> samples(mGrid->tree());
-            for (size_t n = begin; n < end; ++n) fill(mBlocks[n], leaves[n]->origin(), samples);
-        });
-        const auto widen = [&](float c) {
-            mRange = {std::min(mRange.lower, static_cast<double>(c)), std::max(mRange.upper, static_cast<double>(c))};
-        };
-        mRange = {static_cast<double>(mGrid->background()), static_cast<double>(mGrid->background())};
-        auto tile = mGrid->tree().cbeginValueAll();
-        tile.setMaxDepth(openvdb::FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
-        for (; tile; ++tile) widen(*tile);
-        for (const Block& block : mBlocks)
-            for (const float c : block) widen(c);
-        constexpr size_t kGrain = 64;
-        std::vector<float> steepest((mBlocks.size() + kGrain - 1) / kGrain);
-        parallelFor(mBlocks.size(), kGrain, [&](size_t begin, size_t end) {
-            for (size_t n = begin; n < end; ++n)
-                steepest[begin / kGrain] = std::max(steepest[begin / kGrain], steepestIn(mBlocks[n]));
-        });
-        mLipschitz = static_cast<double>(*std::max_element(steepest.begin(), steepest.end())) / mGrid->voxelSize()[0];
-    }
-
-    template <class Accessor>
-    static void fill(Block& block, const Coord& origin, const Accessor& samples) {
-        constexpr int kRim = kBlock + 2; // the prefilter needs one more sample on each side
-        std::array<float, kRim * kRim * kRim> s;
-        size_t n = 0;
-        for (int i = -2; i < kRim - 2; ++i)
-            for (int j = -2; j < kRim - 2; ++j)
-                for (int k = -2; k < kRim - 2; ++k) s[n++] = samples.getValue(origin.offsetBy(i, j, k));
-        n = 0;
-        for (int i = 1; i <= kBlock; ++i)
-            for (int j = 1; j <= kBlock; ++j)
-                for (int k = 1; k <= kBlock; ++k) {
-                    const auto at = [&](int a, int b, int c) {
-                        const int index = (a * kRim + b) * kRim + c;
-                        return static_cast<double>(s[static_cast<size_t>(index)]);
-                    };
-                    const double around = at(i - 1, j, k) + at(i + 1, j, k) + at(i, j - 1, k) + at(i, j + 1, k) +
-                                          at(i, j, k - 1) + at(i, j, k + 1);
-                    block[n++] = static_cast<float>(2 * at(i, j, k) - around / 6);
-                }
-    }
-
-    /// Returns the longest gradient between the coefficients of a block, per voxel.
-    static float steepestIn(const Block& block) {
-        constexpr size_t kX = kBlock * kBlock, kY = kBlock;
-        float squared = 0;
-        for (size_t i = 1; i < kBlock - 1; ++i)
-            for (size_t j = 1; j < kBlock - 1; ++j)
-                for (size_t k = 1; k < kBlock - 1; ++k) {
-                    const float* c = &block[i * kX + j * kY + k];
-                    const float x = c[kX] - *(c - kX), y = c[kY] - *(c - kY), z = c[1] - *(c - 1);
-                    squared = std::max(squared, x * x + y * y + z * z);
-                }
-        return std::sqrt(squared) / 2;
-    }
-
-    static constexpr float kInBand = std::numeric_limits<float>::infinity(); // no level beyond the band has this value
-
-    /// Finds the coefficients of the positions in the band. Returns whether there are any. Positions beyond the band
-    /// get arbitrary coefficients and a level.
-    bool find(const PointBatch& points, SplineContraction::Places& places, std::array<float, kBatch>& level) const {
-        static constexpr Block kNoBlock{};
-        places.corner.fill(kNoBlock.data()); // also for lanes without a position
-        PointBatch voxel;
-        runKernel<VoxelKernel, double>(points, mToIndex, mShift, voxel, places.fraction);
+    /// Finds the coefficients of the positions in the band.
+    void locate(const PointBatch& points, Located& located) const {
+        static constexpr SplineBlocks::Block kNoBlock{};
+        SplineContraction::Places& places = located.places;
+        SplinePlaces found;
+        const double slots = mBlocks.table().slots();
+        runKernel<PlaceKernel, double>(points, mToIndex, mShift, slots, found);
         const openvdb::tree::ValueAccessor<const openvdb::FloatTree, /*IsSafe=*/false> levels(mGrid->tree());
-        bool any = false;
-        for (size_t n = 0; n < static_cast<size_t>(points.size); ++n) {
-            const Coord base(static_cast<int>(voxel.c[0][n]), static_cast<int>(voxel.c[1][n]),
-                             static_cast<int>(voxel.c[2][n]));
-            const int32_t number = mBlockOf.find(leafOf(base));
-            if (number == LeafTable::kNone) {
-                level[n] = levels.getValue(base);
+        int last = points.size;
+        for (int i = 0; i < points.size; ++i) {
+            const auto n = static_cast<size_t>(i);
+            const float* const block = mBlocks.at(found.key(n));
+            if (!block) {
+                located.lane[static_cast<size_t>(--last)] = i;
+                if (mBeyond) continue;
+                const Vec3d leaf = found.leaf[i];
+                const Coord origin(static_cast<int>(leaf[0]), static_cast<int>(leaf[1]), static_cast<int>(leaf[2]));
+                located.level[n] = levels.getValue(origin << 3);
                 continue;
             }
-            any = true;
-            level[n] = kInBand;
-            places.corner[n] = mBlocks[static_cast<size_t>(number)].data() +
-                               ((base[0] & 7) * kBlock + (base[1] & 7)) * kBlock + (base[2] & 7);
+            const auto to = static_cast<size_t>(places.size++);
+            located.lane[to] = i;
+            places.corner[to] = block + static_cast<size_t>(found.inBlock[n]);
+            for (size_t axis = 0; axis < 3; ++axis) places.fraction.c[axis][to] = found.fraction.c[axis][n];
         }
-        return any;
+        std::fill(places.corner.begin() + places.size, places.corner.end(),
+                  kNoBlock.data()); // lanes without a position
+    }
+
+    template <int Order, class T>
+    void contract(const SplineContraction::Places& places, JetBatch<T, Order>& jets) const {
+        const bool few = Order > 2 || places.size <= 2; // there are no lanes for third derivatives
+        if constexpr (Order <= 2)
+            if (!few) return runKernel<SplineKernel<Order>, T>(places, mToIndex, jets);
+        SplineKernel<Order>::template run<T>(places, mToIndex, jets);
     }
 
     openvdb::FloatGrid::ConstPtr mGrid;
+    std::shared_ptr<const SplineField> mBeyond;
     Matrix3 mToIndex;
     Vec3d mShift;
-    Interval mRange; // of all coefficients, tiles and the background
-    double mLipschitz = 0;
-    LeafTable mBlockOf; // the number of each leaf is that of its block
-    std::vector<Block> mBlocks;
+    SplineBlocks mBlocks;
 };
 
 } // namespace
@@ -307,12 +282,21 @@ Box boundsOf(const LevelSet& levelSet) {
 
 ScalarField splineOf(openvdb::FloatGrid::ConstPtr grid) { return ScalarField(SplineField(std::move(grid))); }
 
-Sdf sdfOf(const LevelSet& levelSet) {
-    const SplineField spline(levelSet.grid);
-    return {.distance = ScalarField(spline),
-            .bounds = boundsOf(levelSet),
-            .reach = std::max(levelSet.halfWidth() - kSplineSupport, 0.0) * levelSet.voxelSize(),
-            .lipschitz = spline.lipschitz()};
+Sdf sdfOf(const LevelSet& levelSet) { return sdfOfBands({&levelSet, 1}); }
+
+Sdf sdfOfBands(std::span<const LevelSet> bands) {
+    const auto reachOf = [](const LevelSet& band) {
+        return std::max(band.halfWidth() - kSplineSupport, 0.0) * band.voxelSize();
+    };
+    std::shared_ptr<const SplineField> beyond;
+    for (size_t n = bands.size(); n-- > 1;)
+        beyond = std::make_shared<const SplineField>(bands[n].grid, reachOf(bands[n]), std::move(beyond));
+    SplineField spline(bands[0].grid, reachOf(bands[0]), std::move(beyond));
+    const double lipschitz = spline.lipschitz();
+    return {.distance = ScalarField(std::move(spline)),
+            .bounds = boundsOf(bands.front()),
+            .reach = reachOf(bands.back()),
+            .lipschitz = lipschitz};
 }
 
 } // namespace curlew

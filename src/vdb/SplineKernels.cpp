@@ -5,8 +5,8 @@
 
 namespace curlew {
 
-template void runOnLanes<CURLEW_SIMD, VoxelKernel, double>(const PointBatch&, const Matrix3&, const Vec3d&, PointBatch&,
-                                                           PointBatch&);
+template void runOnLanes<CURLEW_SIMD, PlaceKernel, double>(const PointBatch&, const Matrix3&, const Vec3d&,
+                                                           const double&, SplinePlaces&);
 
 #define CURLEW_INSTANTIATE(T, Order)                                                                                \
     template void runOnLanes<CURLEW_SIMD, SplineKernel<Order>, T>(const SplineContraction::Places&, const Matrix3&, \

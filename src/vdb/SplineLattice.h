@@ -31,7 +31,7 @@ class SplineLattice {
         /// Takes a position, and returns whether it is not below the last one.
         bool add(double x) {
             const double below = floor(x);
-            if (!(std::abs(x) < VoxelKernel::kNowhere) || (!base.empty() && below < base.back())) return false;
+            if (!(std::abs(x) < PlaceKernel::kNowhere) || (!base.empty() && below < base.back())) return false;
             base.push_back(static_cast<int>(below));
             fraction.push_back(x - below);
             return true;
@@ -93,6 +93,18 @@ class SplineLattice {
 
     const std::array<Axis, 3>& axes() const { return mAxes; }
     const std::vector<Beyond>& beyond() const { return mBeyond; }
+    /// Calls use(first, count, level) with rows of positions beyond the band, by the number of their first one.
+    template <class Use>
+    void forRowsBeyond(const Use& use) const {
+        const auto& [x, y, z] = mAxes;
+        for (const auto& [leaf, level] : mBeyond) {
+            const auto inX = x.in(leaf[0]), inY = y.in(leaf[1]), inZ = z.in(leaf[2]);
+            for (size_t i = inX.first; i < inX.second; ++i)
+                for (size_t j = inY.first; j < inY.second; ++j)
+                    if (inZ.first < inZ.second)
+                        use((i * y.base.size() + j) * z.base.size() + inZ.first, inZ.second - inZ.first, level);
+        }
+    }
     bool anyInBand() const { return mAnyInBand; }
 
     /// Collects the coefficients. `leafAt(i, j, k)` returns a leaf by its coordinates.
@@ -178,17 +190,10 @@ class LatticeJets {
 
     /// Sets the positions in leaves beyond the band to the level there.
     void fillBeyond(const SplineLattice& lattice) {
-        const size_t line = lattice.axes()[2].base.size();
-        for (const auto& [leaf, level] : lattice.beyond()) {
-            std::array<std::pair<size_t, size_t>, 3> in;
-            for (size_t axis = 0; axis < 3; ++axis) in[axis] = lattice.axes()[axis].in(leaf[axis]);
-            const auto& [inX, inY, inZ] = in;
-            for (size_t i = inX.first; i < inX.second; ++i)
-                for (size_t j = inY.first; j < inY.second; ++j)
-                    for (size_t k = 0; k < kSize; ++k)
-                        std::fill_n(component(k) + (i * mY.size() + j) * line + inZ.first, inZ.second - inZ.first,
-                                    k == 0 ? static_cast<T>(level) : T(0));
-        }
+        lattice.forRowsBeyond([&](size_t first, size_t count, float level) {
+            for (size_t k = 0; k < kSize; ++k)
+                std::fill_n(component(k) + first, count, k == 0 ? static_cast<T>(level) : T(0));
+        });
     }
 
     /// Copies the jets of a batch.

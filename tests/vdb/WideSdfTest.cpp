@@ -103,6 +103,44 @@ TEST_CASE("sdfUpTo: derivatives are exact where bands blend", "[vdb]") {
     CHECK(errors.worstHessian() < 0.02 / kVoxel);
 }
 
+TEST_CASE("sdfUpTo: one band passes over into the next without a jump", "[vdb]") {
+    const Sdf sdf = sdfUpTo(ball(), 3);
+    constexpr double kStep = 0.01 * kVoxel;
+    for (uint64_t ray = 0; ray < 5; ++ray) {
+        const Vec3d direction = normalized(test::randomPoint(test::cube(1), 7, ray));
+        auto before = sdf.distance.at<1>(direction * kRadius);
+        double value = 0, gradient = 0;
+        for (double r = kRadius + kStep; r < kRadius + 50 * kVoxel; r += kStep) {
+            const auto here = sdf.distance.at<1>(direction * r);
+            value = std::max(value, std::abs(here.value - before.value - kStep));
+            gradient = std::max(gradient, length(here.gradient - before.gradient));
+            before = here;
+        }
+        CAPTURE(ray);
+        CHECK(value < 0.05 * kStep);
+        CHECK(gradient < 4 * kStep); // second derivatives are about 1 / r
+    }
+}
+
+TEST_CASE("sdfUpTo: the axes of the voxels may be turned and their origin elsewhere", "[vdb]") {
+    LevelSet levelSet = ball();
+    const auto grid = levelSet.grid->deepCopy();
+    grid->transform().postRotate(0.4, openvdb::math::Y_AXIS);
+    grid->transform().postRotate(0.3, openvdb::math::X_AXIS);
+    grid->transform().postTranslate(openvdb::Vec3d(0.7, -0.31, 0.123));
+    levelSet.grid = grid;
+    const Sdf sdf = sdfUpTo(levelSet, 3);
+    const Vec3d centre{{0.7, -0.31, 0.123}};
+    for (const Vec3d& offset : randomPoints(test::cube(2.2), 2000, 8)) {
+        const double exact = length(offset) - kRadius;
+        if (exact < -0.6 * kRadius) continue;
+        const auto d = sdf.distance.at<1>(centre + offset);
+        CAPTURE(offset, exact, d.value);
+        if (std::abs(d.value - exact) > std::max(0.1 * kVoxel, 0.01 * std::abs(exact))) FAIL("wrong distance");
+        if (length(d.gradient - offset * (1 / length(offset))) > 0.05) FAIL("wrong gradient");
+    }
+}
+
 TEST_CASE("sdfUpTo: thin bodies keep their sides and distances", "[vdb]") {
     const Vec3d size{{1, 1, kVoxel * GENERATE(2.5, 6.0)}}; // 0.8 and 2 voxels of the next band
     const Sdf sdf = sdfUpTo(boxOf(size, kVoxel), 2);

@@ -78,6 +78,12 @@ struct LatticeBatch {
     PointBatch points;
     size_t first = 0;                      ///< The number of the first one among the positions of the lattice.
     std::span<const uint32_t> chosen = {}; ///< Their numbers among all combinations; empty: consecutive, from `first`.
+
+    /// Returns the number of position i among all combinations.
+    size_t number(int i) const {
+        const auto n = static_cast<size_t>(i);
+        return chosen.empty() ? first + n : chosen[n];
+    }
 };
 
 template <class Use>
