@@ -261,6 +261,12 @@ def waits(cases, simd):
         if job.startswith("shell/"):
             rows.append((f"-velocity in a shell, {job[6:]} voxels across", seconds(job) * case.counters["bytes"]
                          / case.counters["bytes_per_item"], " s", f"{number(case.ns())} ns a voxel", None))
+    equal = "in_mesh/rk4", "in_mesh/adaptive_3e-4", "in_mesh/adaptive_1e-4"
+    if all(job in jobs for job in equal):
+        (rk4, error), (coarse, most), (fine, least) = ((seconds(job), jobs[job].counters["error"]) for job in equal)
+        # Between two accuracies, the time is about a power of the error.
+        time = coarse * (fine / coarse) ** (math.log(error / most) / math.log(least / most))
+        rows.append(("  adaptive with the error of rk4: over rk4", time / rk4, "x", f"{number(1e6 * time)} µs", None))
     return rows
 
 

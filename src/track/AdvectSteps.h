@@ -16,11 +16,16 @@ AdvectOptions withAccuracy(AdvectOptions options, const DomainN<N>& domain) {
     return options;
 }
 
+/// Returns whether the steps are adaptive and their accuracy is coarse.
+template <int N>
+bool isCoarse(const AdvectOptions& options, const DomainN<N>& domain) {
+    return options.adaptive() && options.accuracy >= kCoarseAccuracy * length(domain.box.size());
+}
+
 /// Returns the options with the default scheme filled in, for a flow that is not split.
 template <int N>
 AdvectOptions withScheme(AdvectOptions options, const DomainN<N>& domain) {
-    const bool coarse = options.adaptive() && options.accuracy >= kCoarseAccuracy * length(domain.box.size());
-    if (!options.scheme && coarse) options.scheme = Scheme::bogackiShampine;
+    if (!options.scheme && isCoarse(options, domain)) options.scheme = Scheme::bogackiShampine;
     return options;
 }
 

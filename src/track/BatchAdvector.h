@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "AdvectSteps.h"
 #include "StepControl.h"
 #include "StepGuard.h"
 #include "curlew/track/Advect.h"
@@ -199,7 +200,10 @@ class BatchAdvector {
         size_t count = 0;
         while (count < kBatch && setOut(count)) ++count;
         std::array<double, kBatch> dt;
-        StepDemands demands{.accuracy = mOptions.accuracy, .rmsSpeed = mRmsSpeed};
+        StepDemands demands{.accuracy = mOptions.accuracy,
+                            .rmsSpeed = mRmsSpeed,
+                            .between = {},
+                            .floatStages = isCoarse(mOptions, mStepper.flow().domain())};
         while (count > 0) {
             monitor.check();
             tips.position.size = static_cast<int>(count);

@@ -57,6 +57,30 @@ void correctOne(const typename FlowN<N>::template Jets<double>& jets, size_t p, 
                                        std::as_const(pending.limit), pending.points);
 }
 
+/// Corrects a batch of which no point must be evaluated again, which is usual within adaptive steps. Returns false and
+/// does nothing if there is such a point.
+template <int N>
+bool correctAtOnce(PointBatchN<N>& points, const TrackBatchN<N>& track, const std::array<double, kBatch>& limit,
+                   const ReprojectOptionsN<N>& options, const std::array<Correction, kBatch>& wanted,
+                   const FlowBatchN<N>& here, ReprojectedBatchN<N>& result) {
+    if (options.method != Reprojection::gaussNewton) return false;
+    Residuals<N> residuals;
+    runKernel<ResidualKernel<N>, double>(here.potentials, std::as_const(points.size), track, options, residuals);
+    const auto size = static_cast<size_t>(points.size);
+    for (size_t i = 0; i < size; ++i)
+        if (wanted[i] == Correction::fully && residuals.converged[i] == 0) return false;
+    result.velocity = here.velocity;
+    result.residual = residuals.value;
+    result.iterations.fill(0);
+    for (size_t i = 0; i < size; ++i) result.converged[i] = residuals.converged[i] != 0;
+    PointBatchN<N> corrected = points;
+    runKernel<GaussNewtonKernel<N>, double>(here.potentials, std::as_const(residuals.value), limit, options, corrected);
+    for (size_t i = 0; i < size; ++i)
+        if (wanted[i] == Correction::once && residuals.converged[i] == 0)
+            for (size_t axis = 0; axis < N; ++axis) points.c[axis][i] = corrected.c[axis][i];
+    return true;
+}
+
 } // namespace
 
 void ReprojectionOptions::validate(bool hasTracks) const {
@@ -93,6 +117,7 @@ void reproject(const FlowN<N>& flow, PointBatchN<N>& points, const TrackBatchN<N
                const std::array<Correction, kBatch>& wanted, FlowBatchN<N>& here, ReprojectedBatchN<N>& result) {
     if (options.method != Reprojection::none && !flow.hasTracks())
         throw ValueError("this flow has no tracks to reproject onto; move points without reprojection");
+    if (correctAtOnce(points, track, limit, options, wanted, std::as_const(here), result)) return;
     Pending<N> pending{points, track, limit, {}};
     std::iota(pending.lane.begin(), pending.lane.end(), size_t{0});
     auto& potentials = here.potentials;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "TrackKernels.h"
 #include "WallCrossing.h"
 #include "curlew/track/Curves.h"
 #include "curlew/track/Reproject.h"
@@ -78,10 +79,12 @@ inline bool staysOnSide(bool allowed, double distance, double distanceBefore) {
 }
 
 /// Rejects steps near the wall that are longer than its width or whose chord passes through it: a point of the chord
-/// lies beyond the wall by more than 1/16 of the chord's length. `distance`: from the wall at `from`.
+/// lies beyond the wall by more than 1/16 of the chord's length. `chord`: lengths of the steps; `distance`: from the
+/// wall at `from`.
 template <int N>
 void rejectChords(const DomainN<N>& domain, const PointBatchN<N>& from, const PointBatchN<N>& to,
-                  const std::array<double, kBatch>& distance, std::array<bool, kBatch>& accepted) {
+                  const std::array<double, kBatch>& chord, const std::array<double, kBatch>& distance,
+                  std::array<bool, kBatch>& accepted) {
     if (!domain.wall) return;
     const WallN<N>& wall = *domain.wall;
     constexpr int kSamples = 3;
@@ -94,23 +97,22 @@ void rejectChords(const DomainN<N>& domain, const PointBatchN<N>& from, const Po
             const auto i = static_cast<size_t>(owner[s]);
             // The side on which the chord must stay: for `both`, the side on which it began.
             const Side side = wall.side != Side::both ? wall.side : distance[i] < 0 ? Side::inside : Side::outside;
-            if (!(beyondWall(side, d.c[0][s]) <= length(to[owner[s]] - from[owner[s]]) / 16)) accepted[i] = false;
+            if (!(beyondWall(side, d.c[0][s]) <= chord[i] / 16)) accepted[i] = false;
         }
         samples.size = 0;
     };
     for (int i = 0; i < from.size; ++i) {
-        if (!accepted[static_cast<size_t>(i)]) continue;
-        const Vec<double, N> move = to[i] - from[i];
-        const double chord = length(move);
-        if (std::abs(distance[static_cast<size_t>(i)]) > wall.sdf.lipschitz * chord) continue;
-        if (chord > wall.width) {
-            accepted[static_cast<size_t>(i)] = false;
+        const auto k = static_cast<size_t>(i);
+        if (!accepted[k] || std::abs(distance[k]) > wall.sdf.lipschitz * chord[k]) continue;
+        if (chord[k] > wall.width) {
+            accepted[k] = false;
             continue;
         }
+        const Vec<double, N> move = to[i] - from[i];
         if (samples.size + kSamples > kBatch) judge();
-        for (int k = 1; k <= kSamples; ++k) {
+        for (int sample = 1; sample <= kSamples; ++sample) {
             owner[static_cast<size_t>(samples.size)] = i;
-            samples.push(from[i] + move * (double(k) / (kSamples + 1)));
+            samples.push(from[i] + move * (double(sample) / (kSamples + 1)));
         }
     }
     judge();
@@ -135,6 +137,8 @@ struct StepDemands {
     /// Intermediate steps, whose end no caller sees. They are reprojected by one correction without another evaluation,
     /// and the next step begins with the velocity found before that correction.
     std::array<bool, kBatch> between{};
+    /// Computes the velocities within a step in float. Those at its ends, and all that depends on them, are in double.
+    bool floatStages = false;
 };
 
 /// Takes one step of every tip of a batch, reprojects it, and accepts or rejects it. Particles, streamlines, flow maps
@@ -165,25 +169,34 @@ class GuardedStepper {
                               const StepDemands& demands = {}) const {
         const int size = from.position.size;
         StagesN<N> stages;
-        for (int i = 0; i < size; ++i) stages[0].set(i, paced(from.velocity[i]));
+        stages[0] = paced(from.velocity, size);
         StepResultN<N> to;
-        step(
-            mScheme, from.position, dt, [&](const PointBatchN<N>& p, VecBatchN<double, N>& v) { mPace.velocity(p, v); },
-            stages, to.position);
+        const auto within = [&](const PointBatchN<N>& p, VecBatchN<double, N>& v) {
+            if (!demands.floatStages) return mPace.velocity(p, v);
+            VecBatchN<float, N> rounded;
+            mPace.velocity(p, rounded);
+            for (size_t axis = 0; axis < N; ++axis)
+                for (size_t i = 0; i < kBatch; ++i) v.c[axis][i] = static_cast<double>(rounded.c[axis][i]);
+        };
+        step(mScheme, from.position, dt, within, stages, to.position);
         const PointBatchN<N> stepped = to.position;
         FlowBatchN<N> here;
         mFlow.eval(stepped, here.potentials, here.velocity);
-        estimate(here.velocity, dt, stages, size, to.error);
-        if (demands.rmsSpeed > 0) weigh(from.velocity, here.velocity, demands.rmsSpeed, size, to.error);
-        std::array<double, kBatch> stepLength;
+        const auto difference = estimatedDifference(mScheme, size, stages, paced(here.velocity, size));
+        runKernel<StepErrorKernel<N>, double>(std::as_const(size), difference, dt, from.velocity,
+                                              std::as_const(here.velocity), demands.rmsSpeed, to.error);
+        std::array<double, kBatch> stepLength, near{};
+        runKernel<LengthKernel<N>, double>(from.position, stepped, stepLength);
+        if (mReprojection.method == Reprojection::gaussNewton)
+            runKernel<NearTrackKernel<N>, double>(std::as_const(here.potentials), std::as_const(size), from.track,
+                                                  demands.accuracy, near);
         std::array<Correction, kBatch> wanted;
-        for (int i = 0; i < size; ++i) {
-            const auto k = static_cast<size_t>(i);
-            stepLength[k] = length(stepped[i] - from.position[i]);
-            const bool near = demands.between[k] && mReprojection.method == Reprojection::gaussNewton &&
-                              nearTrack(here.potentials, from.track, i, demands.accuracy);
+        for (size_t k = 0; k < static_cast<size_t>(size); ++k) {
+            const bool blind = demands.between[k] && near[k] != 0;
             // A step that will be redone needs no correction.
-            wanted[k] = to.error[k] > demands.accuracy ? Correction::none : near ? Correction::once : Correction::fully;
+            wanted[k] = to.error[k] > demands.accuracy ? Correction::none
+                        : blind                        ? Correction::once
+                                                       : Correction::fully;
         }
         reproject(mFlow, to.position, from.track, stepLength, mReprojection, wanted, here, to.reprojected);
         for (size_t k = 0; k < static_cast<size_t>(size); ++k)
@@ -193,37 +206,11 @@ class GuardedStepper {
     }
 
   private:
-    /// Estimates the error of each step, given the velocity at its end.
-    void estimate(const VecBatchN<double, N>& last, const std::array<double, kBatch>& dt, StagesN<N>& stages, int size,
-                  std::array<double, kBatch>& error) const {
-        VecBatchN<double, N> end;
-        for (int i = 0; i < size; ++i) end.set(i, paced(last[i]));
-        const auto difference = estimatedDifference(mScheme, size, stages, end);
-        for (int i = 0; i < size; ++i)
-            error[static_cast<size_t>(i)] = std::abs(dt[static_cast<size_t>(i)]) * length(difference[i]);
-    }
-
-    /// Weights errors as delays, in steps where the flow is slower than its rms speed.
-    static void weigh(const VecBatchN<double, N>& first, const VecBatchN<double, N>& last, double rmsSpeed, int size,
-                      std::array<double, kBatch>& error) {
-        constexpr double kMax = 1024; // the weight is unbounded at a stagnation point
-        for (int i = 0; i < size; ++i) {
-            const double speed = std::min(length(first[i]), length(last[i]));
-            const double weight = speed * kMax > rmsSpeed ? rmsSpeed / speed : kMax;
-            error[static_cast<size_t>(i)] *= std::max(weight, 1.0);
-        }
-    }
-
-    /// Returns whether point i is at most `distance` from its track, to first order, world units; false if unknown.
-    static bool nearTrack(const typename FlowN<N>::template Jets<double>& potentials, const TrackBatchN<N>& track,
-                          int i, double distance) {
-        for (size_t q = 0; q < track.size(); ++q) {
-            const auto jet = potentials[q][i];
-            const double off = jet.value - track[q][static_cast<size_t>(i)];
-            const double slope = dot(jet.gradient, jet.gradient);
-            if (!(slope > 0 && off * off <= distance * distance * slope)) return false;
-        }
-        return true;
+    VecBatchN<double, N> paced(const VecBatchN<double, N>& velocity, int size) const {
+        if (mBy == StepBy::time) return velocity;
+        VecBatchN<double, N> pace;
+        for (int i = 0; i < size; ++i) pace.set(i, paced(velocity[i]));
+        return pace;
     }
 
     void judge(const ActiveTipsN<N>& from, const PointBatchN<N>& stepped, const std::array<double, kBatch>& stepLength,
@@ -242,8 +229,10 @@ class GuardedStepper {
             to.accepted[k] = accepted;
         }
         if (!mGuard.walls) return;
-        rejectChords(mFlow.domain(), from.position, to.position, from.distance, to.accepted);
-        rejectCrossings(mFlow.domain(), from.position, to.position, from.distance, to.distance, to.accepted);
+        std::array<double, kBatch> chord;
+        runKernel<LengthKernel<N>, double>(from.position, std::as_const(to.position), chord);
+        rejectChords(mFlow.domain(), from.position, to.position, chord, from.distance, to.accepted);
+        rejectCrossings(mFlow.domain(), from.position, to.position, chord, from.distance, to.distance, to.accepted);
     }
 
     FlowN<N> mFlow, mPace;

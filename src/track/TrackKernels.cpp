@@ -13,6 +13,13 @@ using Numbers = std::array<double, kBatch>;
                                                                  const double&, const Numbers&, PointBatchN<N>&);      \
     template void runOnLanes<CURLEW_SIMD, CombineKernel<N>, double>(                                                   \
         const int&, const std::array<double, Tableau::kMaxStages>&, const StagesN<N>&, VecBatchN<double, N>&);         \
+    template void runOnLanes<CURLEW_SIMD, LengthKernel<N>, double>(const PointBatchN<N>&, const PointBatchN<N>&,       \
+                                                                   Numbers&);                                          \
+    template void runOnLanes<CURLEW_SIMD, StepErrorKernel<N>, double>(                                                 \
+        const int&, const VecBatchN<double, N>&, const Numbers&, const VecBatchN<double, N>&,                          \
+        const VecBatchN<double, N>&, const double&, Numbers&);                                                         \
+    template void runOnLanes<CURLEW_SIMD, NearTrackKernel<N>, double>(const FlowN<N>::Jets<double>&, const int&,       \
+                                                                      const TrackBatchN<N>&, const double&, Numbers&); \
     template void runOnLanes<CURLEW_SIMD, ResidualKernel<N>, double>(                                                  \
         const FlowN<N>::Jets<double>&, const int&, const TrackBatchN<N>&, const ReprojectOptionsN<N>&, Residuals<N>&); \
     template void runOnLanes<CURLEW_SIMD, GaussNewtonKernel<N>, double>(const FlowN<N>::Jets<double>&,                 \

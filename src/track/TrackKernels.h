@@ -32,6 +32,58 @@ struct CombineKernel {
     }
 };
 
+/// Computes the lengths of moves.
+template <int N>
+struct LengthKernel {
+    template <class T>
+    static void run(const PointBatchN<N>& from, const PointBatchN<N>& to, std::array<double, kBatch>& lengths) {
+        for (int i = 0; i < from.size; i += kLanes<T>)
+            store(length(to.template lanes<T>(i) - from.template lanes<T>(i)), &lengths[static_cast<size_t>(i)]);
+    }
+};
+
+/// Computes the estimated errors of steps from the differences of two solutions, which are divided by dt. If the rms
+/// speed is known (not 0), they are weighted as delays where the flow is slower than that.
+template <int N>
+struct StepErrorKernel {
+    static constexpr double kMostWeight = 1024; ///< It is unbounded at a stagnation point.
+
+    template <class T>
+    static void run(const int& size, const VecBatchN<double, N>& difference, const std::array<double, kBatch>& dt,
+                    const VecBatchN<double, N>& first, const VecBatchN<double, N>& last, const double& rmsSpeed,
+                    std::array<double, kBatch>& error) {
+        for (int i = 0; i < size; i += kLanes<T>) {
+            const auto n = static_cast<size_t>(i);
+            T here = abs(load<T>(&dt[n])) * length(difference.template lanes<T>(i));
+            if (rmsSpeed > 0) {
+                const T speed = min(length(first.template lanes<T>(i)), length(last.template lanes<T>(i)));
+                const T weight = select(speed * T(kMostWeight) > T(rmsSpeed), T(rmsSpeed) / speed, T(kMostWeight));
+                here = here * max(weight, T(1));
+            }
+            store(here, &error[n]);
+        }
+    }
+};
+
+/// Computes whether points are at most `distance` from their tracks, to first order: 1, or 0, also if that is unknown.
+template <int N>
+struct NearTrackKernel {
+    template <class T, class Jets>
+    static void run(const Jets& jets, const int& size, const TrackBatchN<N>& track, const double& distance,
+                    std::array<double, kBatch>& near) {
+        for (int i = 0; i < size; i += kLanes<T>) {
+            const auto n = static_cast<size_t>(i);
+            T all(1);
+            for (size_t q = 0; q < track.size(); ++q) {
+                const auto jet = jets[q].template lanes<T>(i);
+                const T off = jet.value - load<T>(&track[q][n]), slope = dot(jet.gradient, jet.gradient);
+                all = select((slope > T(0)) & (off * off <= T(distance * distance) * slope), all, T(0));
+            }
+            store(all, &near[n]);
+        }
+    }
+};
+
 /// The residuals of a batch during reprojection.
 template <int N>
 struct Residuals {

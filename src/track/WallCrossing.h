@@ -27,11 +27,12 @@ bool meetsWall(const WallN<N>& wall, const Vec<double, N>& from, const Vec<doubl
 }
 
 /// Rejects steps that cross a thin part of the wall to its other side: at the two ends the wall faces opposite
-/// directions, and the wall lies between them. `before`, `after`: distances from the wall at the ends.
+/// directions, and the wall lies between them. `chord`: lengths of the steps; `before`, `after`: distances from the
+/// wall at the ends.
 template <int N>
 void rejectCrossings(const DomainN<N>& domain, const PointBatchN<N>& from, const PointBatchN<N>& to,
-                     const std::array<double, kBatch>& before, const std::array<double, kBatch>& after,
-                     std::array<bool, kBatch>& accepted) {
+                     const std::array<double, kBatch>& chord, const std::array<double, kBatch>& before,
+                     const std::array<double, kBatch>& after, std::array<bool, kBatch>& accepted) {
     if (!domain.wall) return;
     const WallN<N>& wall = *domain.wall;
     PointBatchN<N> begins, ends;
@@ -39,8 +40,7 @@ void rejectCrossings(const DomainN<N>& domain, const PointBatchN<N>& from, const
     for (int i = 0; i < from.size; ++i) {
         const auto k = static_cast<size_t>(i);
         // A shorter step does not reach the wall.
-        const double reach = wall.sdf.lipschitz * length(to[i] - from[i]);
-        if (!accepted[k] || std::abs(before[k]) + std::abs(after[k]) > reach) continue;
+        if (!accepted[k] || std::abs(before[k]) + std::abs(after[k]) > wall.sdf.lipschitz * chord[k]) continue;
         owner[static_cast<size_t>(begins.size)] = k;
         begins.push(from[i]);
         ends.push(to[i]);

@@ -178,6 +178,12 @@ TEST_CASE("instruction sets: velocity grids within a mesh have the same bytes", 
     requireSameBytes(grids(kLevelSet + pair("frequency=2", how), 20), kMesh);
 }
 
+TEST_CASE("instruction sets: a layer of several bands has the same bytes", "[app][command]") {
+    const std::string flow =
+        "-read mesh.obj -mesh2ls dim=60 " + pair("", "-bound layer=0.8 side=outside -dfvn speed=1");
+    requireSameBytes(grids(flow, 24) + " -scatter count=100 -advect duration=0.4 -write p.ply", kMesh);
+}
+
 TEST_CASE("instruction sets: points have the same bytes", "[app][command]") {
     const std::string flow =
         GENERATE("-sphere " + pair("octaves=2", "-bound layer=0.3 -dfvn speed=1"),
@@ -188,7 +194,8 @@ TEST_CASE("instruction sets: points have the same bytes", "[app][command]") {
         for (const std::string reproject : {"newton", "gauss-newton", "none"})
             job += fmt::format("-advect duration=0.4 steps=3 scheme={0} reproject={1} -write {0}_{1}.ply ", scheme,
                                reproject);
-    requireSameBytes(job + "-advect duration=0.4 -write adaptive.ply ", kMesh);
+    job += "-advect duration=0.4 -write adaptive.ply -advect duration=0.4 accuracy=1e-3 -write coarse.ply ";
+    requireSameBytes(job, kMesh);
 }
 
 TEST_CASE("instruction sets: a sequence has the same bytes", "[app][command]") {

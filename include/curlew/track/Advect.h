@@ -47,6 +47,8 @@ inline constexpr double kDefaultAccuracy = 1e-6;
 /// At this accuracy and coarser ones, relative to that diagonal, rk23 takes fewer evaluations of the flow than rk45 for
 /// the same position error, and that error is close to the accuracy. Measured with a prototype in noise of two octaves;
 /// curlew_paper time compares both.
+/// Velocities within adaptive steps are then computed in float, whose rounding errors are far smaller. Those at the
+/// ends of steps are in double, and so are the tracks.
 inline constexpr double kCoarseAccuracy = 3e-5;
 
 /// Returns the default accuracy in world units. Throws ValueError if the box is infinite or has no extent.
