@@ -37,6 +37,16 @@ GuardedStepper<N> wholeStepper(const FlowN<N>& flow, const FlowRmsN<N>& rms, con
     return {flow, StepBy::time, options.usedScheme(), reprojection, {.convergence = false, .walls = guarded}};
 }
 
+/// Returns whether the rounding of float is far below the accuracy of the steps within them. The terms of a sum may
+/// cancel, and the gradients of two potentials must not leave the range of float.
+template <int N>
+bool mayBeFloat(const FlowN<N>& flow, const FlowRmsN<N>& rms, const AdvectOptions& options) {
+    constexpr double kSmall = 1e-12, kLarge = 1e12;
+    return flow.hasTracks() && isCoarse(options, flow.domain()) &&
+           std::all_of(rms.potentials.begin(), rms.potentials.end(),
+                       [](double size) { return size > kSmall && size < kLarge; });
+}
+
 /// Returns how many points with adaptive steps one thread takes at a time: new points can start while others
 /// still move, and only the last points leave lanes idle. At least 32 such pools keep many processors busy. Does not
 /// depend on the number of threads.
@@ -74,13 +84,15 @@ AdvectResultN<N> advectBatches(const FlowN<N>& flow, const FlowRmsN<N>& rms, con
         const GuardedStepper<N> stepper = wholeStepper(flow, rms, whole);
         const bool guesses = options.adaptive() && options.time != 0 && points.size() > 0;
         const double first = guesses ? firstStep(flow, whole.usedScheme(), options.accuracy) : 0;
+        const double speed = flow.hasTracks() ? rms.speed : 0;
+        const bool floatStages = mayBeFloat(flow, rms, whole);
         return parallelSum(
             points.size(), options.adaptive() ? poolSize(points.size()) : kBatch,
             [&](size_t begin, size_t end) {
                 std::vector<PointBatchN<N>> batches;
                 for (size_t k = begin; k < end; k += kBatch)
                     batches.push_back(batchOf(points, k, std::min(k + kBatch, end)));
-                BatchAdvector<N> advector(stepper, whole, first, batches, flow.hasTracks() ? rms.speed : 0);
+                BatchAdvector<N> advector(stepper, whole, first, batches, speed, floatStages);
                 for (size_t b = 0; b < batches.size(); ++b) load(advector.parts()[b], begin + b * kBatch);
                 advector.run(monitor);
                 const Tally<N> tally = advector.tally();

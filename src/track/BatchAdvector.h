@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "AdvectSteps.h"
 #include "StepControl.h"
 #include "StepGuard.h"
 #include "curlew/track/Advect.h"
@@ -46,10 +45,15 @@ template <int N>
 class BatchAdvector {
   public:
     /// Starts each point on the track at its position. `options` must have an accuracy unless its steps are equal;
-    /// `firstStep`: length of the first adaptive step, seconds; `rmsSpeed`: see StepDemands.
+    /// `firstStep`: length of the first adaptive step, seconds; `rmsSpeed`, `floatStages`: see StepDemands.
     BatchAdvector(const GuardedStepper<N>& stepper, const AdvectOptions& options, double firstStep,
-                  const std::vector<PointBatchN<N>>& batches, double rmsSpeed = 0)
-        : mStepper(stepper), mOptions(options), mFirstStep(firstStep), mRmsSpeed(rmsSpeed), mParts(batches.size()) {
+                  const std::vector<PointBatchN<N>>& batches, double rmsSpeed = 0, bool floatStages = false)
+        : mStepper(stepper),
+          mOptions(options),
+          mFirstStep(firstStep),
+          mRmsSpeed(rmsSpeed),
+          mFloatStages(floatStages),
+          mParts(batches.size()) {
         for (size_t b = 0; b < batches.size(); ++b) {
             Part& part = mParts[b];
             part.tips.position = batches[b];
@@ -200,10 +204,8 @@ class BatchAdvector {
         size_t count = 0;
         while (count < kBatch && setOut(count)) ++count;
         std::array<double, kBatch> dt;
-        StepDemands demands{.accuracy = mOptions.accuracy,
-                            .rmsSpeed = mRmsSpeed,
-                            .between = {},
-                            .floatStages = isCoarse(mOptions, mStepper.flow().domain())};
+        StepDemands demands{
+            .accuracy = mOptions.accuracy, .rmsSpeed = mRmsSpeed, .between = {}, .floatStages = mFloatStages};
         while (count > 0) {
             monitor.check();
             tips.position.size = static_cast<int>(count);
@@ -314,6 +316,7 @@ class BatchAdvector {
     const GuardedStepper<N>& mStepper;
     const AdvectOptions& mOptions;
     double mFirstStep, mRmsSpeed;
+    bool mFloatStages;
     StepControl mControl{std::max(tableauOf(mOptions.usedScheme()).errorOrder, 1)};
     std::vector<Part> mParts;
     Tally<N> mTally;

@@ -5,6 +5,7 @@
 #include "curlew/base/Require.h"
 #include "curlew/field/Dimensions.h"
 
+#include <algorithm>
 #include <numeric>
 
 namespace curlew {
@@ -57,16 +58,18 @@ void correctOne(const typename FlowN<N>::template Jets<double>& jets, size_t p, 
                                        std::as_const(pending.limit), pending.points);
 }
 
-/// Corrects a batch of which no point must be evaluated again, which is usual within adaptive steps. Returns false and
-/// does nothing if there is such a point.
+/// Corrects a batch of which some points want one correction, and none must be evaluated again, which is usual within
+/// adaptive steps. Returns false and does nothing for others.
 template <int N>
 bool correctAtOnce(PointBatchN<N>& points, const TrackBatchN<N>& track, const std::array<double, kBatch>& limit,
                    const ReprojectOptionsN<N>& options, const std::array<Correction, kBatch>& wanted,
                    const FlowBatchN<N>& here, ReprojectedBatchN<N>& result) {
-    if (options.method != Reprojection::gaussNewton) return false;
+    const auto size = static_cast<size_t>(points.size);
+    const auto end = wanted.begin() + points.size;
+    if (options.method != Reprojection::gaussNewton || std::find(wanted.begin(), end, Correction::once) == end)
+        return false;
     Residuals<N> residuals;
     runKernel<ResidualKernel<N>, double>(here.potentials, std::as_const(points.size), track, options, residuals);
-    const auto size = static_cast<size_t>(points.size);
     for (size_t i = 0; i < size; ++i)
         if (wanted[i] == Correction::fully && residuals.converged[i] == 0) return false;
     result.velocity = here.velocity;

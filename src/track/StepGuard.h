@@ -176,7 +176,8 @@ class GuardedStepper {
             VecBatchN<float, N> rounded;
             mPace.velocity(p, rounded);
             for (size_t axis = 0; axis < N; ++axis)
-                for (size_t i = 0; i < kBatch; ++i) v.c[axis][i] = static_cast<double>(rounded.c[axis][i]);
+                for (size_t i = 0; i < static_cast<size_t>(p.size); ++i)
+                    v.c[axis][i] = static_cast<double>(rounded.c[axis][i]);
         };
         step(mScheme, from.position, dt, within, stages, to.position);
         const PointBatchN<N> stepped = to.position;

@@ -15,8 +15,8 @@ namespace curlew {
 
 /// The numbers of leaves by their coordinates (leaf origin / 8): a hash table of bricks of 4 x 4 x 4 leaves with open
 /// addressing. Unlike the nodes of a VDB tree, what lookups at scattered positions read fits into the processor's inner
-/// caches. Coordinates are integers below 2^27, as double, so that keys can be computed in SIMD lanes. Immutable, safe
-/// to share between threads.
+/// caches. Coordinates are integers of at most 2^27, as double, so that keys can be computed in SIMD lanes. Immutable,
+/// safe to share between threads.
 class LeafTable {
   public:
     static constexpr int32_t kNone = -1;

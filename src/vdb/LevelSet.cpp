@@ -4,6 +4,7 @@
 #include "BandSize.h"
 #include "DenseBox.h"
 #include "Enclosed.h"
+#include "LevelSetScale.h"
 #include "SolidChecks.h"
 #include "curlew/vdb/MeshSolid.h"
 #include "curlew/vdb/Openvdb.h"
@@ -11,6 +12,7 @@
 #include <fmt/format.h>
 #include <openvdb/tools/ChangeBackground.h>
 #include <openvdb/tools/FastSweeping.h>
+#include <openvdb/tools/Prune.h>
 
 #include <algorithm>
 #include <array>
@@ -58,6 +60,30 @@ FloatGrid::Ptr withBackground(const FloatGrid& grid, float background, float lim
     return copy;
 }
 
+/// Extends a band outwards from the old one, which stays unchanged.
+FloatGrid::Ptr dilated(const FloatGrid& grid, double from, double halfWidth) {
+    const auto voxel = static_cast<float>(grid.voxelSize()[0]);
+    const auto inVoxels = grid.deepCopy(); // OpenVDB takes distances from 1000 on for unknown
+    scaleDistances(*inVoxels, 1 / voxel);
+    inVoxels->setTransform(openvdb::math::Transform::createLinearTransform(1));
+    // Across faces only, it would reach as far as this only along the axes, and 0.6 times as far along diagonals.
+    const auto wide = openvdb::tools::dilateSdf(*inVoxels, static_cast<int>(std::ceil(halfWidth - from)),
+                                                openvdb::tools::NN_FACE_EDGE_VERTEX, 1);
+    const auto most = static_cast<float>(halfWidth);
+    for (auto leaf = wide->tree().beginLeaf(); leaf; ++leaf)
+        for (auto value = leaf->beginValueOn(); value; ++value)
+            if (const float d = *value; !(std::abs(d) < most))
+                leaf->setValueOff(value.pos(), std::copysign(wide->background(), d));
+    openvdb::tools::changeLevelSetBackground(wide->tree(), most);
+    scaleDistances(*wide, voxel);
+    auto to = wide->getAccessor();
+    for (auto value = grid.cbeginValueOn(); value; ++value)
+        if (value.isVoxelValue()) to.setValue(value.getCoord(), *value); // without the rounding of the scales
+    wide->setTransform(grid.transform().copy());
+    openvdb::tools::pruneLevelSet(wide->tree());
+    return wide;
+}
+
 } // namespace
 
 LevelSet levelSetOf(const openvdb::GridBase::ConstPtr& grid) {
@@ -100,12 +126,7 @@ LevelSet widened(const LevelSet& levelSet, double halfWidth, const Monitor& moni
                         .measureParts = false},
                        monitor)
             .levelSet;
-    const int dilation = static_cast<int>(std::ceil(halfWidth - levelSet.halfWidth()));
-    // Extends the band outwards from the old one, which stays unchanged.
-    auto grid = openvdb::tools::dilateSdf(*levelSet.grid, dilation, openvdb::tools::NN_FACE, 1);
-    const auto background = static_cast<float>(halfWidth * voxel);
-    openvdb::tools::changeLevelSetBackground(grid->tree(), background);
-    return {grid, nullptr};
+    return {dilated(*levelSet.grid, levelSet.halfWidth(), halfWidth), nullptr};
 }
 
 } // namespace curlew

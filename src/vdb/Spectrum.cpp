@@ -56,19 +56,35 @@ struct Varying {
     bool everywhere() const { return axes[0] && axes[1] && axes[2]; }
 };
 
-/// Compares each voxel with the first one in its row along each axis.
-Varying varyingIn(const openvdb::Vec3SGrid& velocity, const openvdb::CoordBBox& box) {
+/// Returns the result of use(grid, voxels) for layers of a box, summed.
+template <class Use>
+auto sumOfLayers(const openvdb::Vec3SGrid& velocity, const openvdb::CoordBBox& box, const Use& use) {
     return parallelSum(static_cast<size_t>(box.dim()[0]), 1, [&](size_t begin, size_t end) {
         const openvdb::tree::ValueAccessor<const openvdb::Vec3STree, /*IsSafe=*/false> grid(velocity.tree());
+        auto layers = box;
+        layers.min()[0] = box.min()[0] + static_cast<int>(begin);
+        layers.max()[0] = box.min()[0] + static_cast<int>(end) - 1;
+        return use(grid, layers);
+    });
+}
+
+/// Compares each voxel with the first one in its row along each axis. Rounding errors are no changes.
+Varying varyingIn(const openvdb::Vec3SGrid& velocity, const openvdb::CoordBBox& box) {
+    constexpr double kRounding = 1e-5; // of the rms speed
+    const double squares = sumOfLayers(velocity, box, [](const auto& grid, const openvdb::CoordBBox& layers) {
+        double sum = 0;
+        for (auto voxel = layers.begin(); voxel; ++voxel) sum += openvdb::Vec3d(grid.getValue(*voxel)).lengthSqr();
+        return sum;
+    });
+    const double same = kRounding * kRounding * squares / static_cast<double>(box.volume());
+    return sumOfLayers(velocity, box, [&](const auto& grid, const openvdb::CoordBBox& layers) {
         Varying found;
-        auto part = box;
-        part.min()[0] = box.min()[0] + static_cast<int>(begin);
-        part.max()[0] = box.min()[0] + static_cast<int>(end) - 1;
-        for (auto voxel = part.begin(); voxel && !found.everywhere(); ++voxel)
+        for (auto voxel = layers.begin(); voxel && !found.everywhere(); ++voxel)
             for (int axis = 0; axis < 3; ++axis) {
                 Coord first = *voxel;
                 first[axis] = box.min()[axis];
-                if (grid.getValue(*voxel) != grid.getValue(first)) found.axes[static_cast<size_t>(axis)] = true;
+                const openvdb::Vec3d change(grid.getValue(*voxel) - grid.getValue(first));
+                if (!(change.lengthSqr() <= same)) found.axes[static_cast<size_t>(axis)] = true;
             }
         return found;
     });

@@ -62,7 +62,10 @@ void SplineBlocks::fill(Block& block, const Coord& origin) const {
         for (int j = -2; j < kRim - 2; ++j)
             for (int k = -2; k < kRim - 2; ++k) s[n++] = samples.getValue(origin.offsetBy(i, j, k));
     SplineRefinement::Block coarse{};
-    if (mBeyond) coarse = mBeyond->refined(origin.offsetBy(-1));
+    if (mBeyond)
+        coarse = SplineRefinement::blockAt({{origin[0] - 1, origin[1] - 1, origin[2] - 1}}, [&](int i, int j, int k) {
+            return mBeyond->coefficient({i, j, k});
+        });
     n = 0;
     for (int i = 1; i <= kBlock; ++i)
         for (int j = 1; j <= kBlock; ++j)
@@ -83,13 +86,9 @@ float SplineBlocks::coefficient(const Coord& ijk) const {
     constexpr int kOfVoxel = (kBlock + 1) * kBlock + 1; // from the first coefficient that a position in it needs
     if (const float* block = at(leafOf(ijk)))
         return block[((ijk[0] & 7) * kBlock + (ijk[1] & 7)) * kBlock + (ijk[2] & 7) + kOfVoxel];
-    if (mBeyond) return static_cast<float>(mBeyond->refined(ijk)[0]);
-    return mGrid->tree().getValue(ijk);
-}
-
-SplineRefinement::Block SplineBlocks::refined(const Coord& first) const {
-    const Vec<int, 3> from{{first[0], first[1], first[2]}};
-    return SplineRefinement::blockAt(from, [&](int i, int j, int k) { return coefficient({i, j, k}); });
+    if (!mBeyond) return mGrid->tree().getValue(ijk);
+    const auto larger = [&](int i, int j, int k) { return mBeyond->coefficient({i, j, k}); };
+    return static_cast<float>(SplineRefinement::at({{ijk[0], ijk[1], ijk[2]}}, larger));
 }
 
 void SplineBlocks::measure() {

@@ -21,15 +21,16 @@ namespace curlew {
 ///
 /// A band with larger voxels on the same lattice may continue the spline (SplineRefinement.h). The coefficients of both
 /// are blended. Where only those of the larger voxels are left, the two are the same function, and it does not matter
-/// where the blocks end.
+/// where the blocks end: a leaf without one is at least the half width away from the surface, and at its faces only
+/// coefficients within kSplineSupport of it count, which are beyond the reach.
 class SplineBlocks {
   public:
     static constexpr int kBlock = SplineContraction::kBlock;
     using Block = std::array<float, kBlock * kBlock * kBlock>;
 
     SplineBlocks() = default;
-    /// `beyond`: the blocks that continue these, or nullptr. `reach`: in world units from the surface; farther away,
-    /// the values of the grid are no distances, and `beyond` counts alone.
+    /// `beyond`: the blocks that continue these, or nullptr. They must live as long. `reach`: in world units from the
+    /// surface; farther away, the spline of the grid is no distance, and `beyond` counts alone.
     SplineBlocks(const std::shared_ptr<const openvdb::FloatGrid>& grid, double reach, const SplineBlocks* beyond);
 
     static openvdb::Coord leafOf(const openvdb::Coord& ijk) { return {ijk[0] >> 3, ijk[1] >> 3, ijk[2] >> 3}; }
@@ -57,8 +58,6 @@ class SplineBlocks {
     }
     /// Returns one coefficient; where there is no block, that of the band that continues this one, or the level.
     float coefficient(const openvdb::Coord& ijk) const;
-    /// Returns the coefficients on the smaller voxels of the band that this one continues, from `first` on.
-    SplineRefinement::Block refined(const openvdb::Coord& first) const;
     void fill(Block& block, const openvdb::Coord& origin) const;
     void measure();
 

@@ -47,6 +47,22 @@ struct SplineRefinement {
         return block;
     }
 
+    /// Returns one of the smaller voxels' coefficients.
+    template <class Coefficient>
+    static double at(const Vec<int, 3>& small, const Coefficient& coefficient) {
+        constexpr int kMost = 3; // coefficients along an axis on which it depends
+        Vec<int, 3> lowest;
+        for (int axis = 0; axis < 3; ++axis) lowest[axis] = roundedUp(small[axis] - kReach);
+        const auto weight = [&](int axis, int n) { return weightAt(small[axis] - kRatio * (lowest[axis] + n)); };
+        double sum = 0;
+        for (int i = 0; i < kMost; ++i)
+            for (int j = 0; j < kMost; ++j)
+                for (int k = 0; k < kMost; ++k)
+                    if (const double w = weight(0, i) * weight(1, j) * weight(2, k); w > 0)
+                        sum += w * static_cast<double>(coefficient(lowest[0] + i, lowest[1] + j, lowest[2] + k));
+        return sum;
+    }
+
   private:
     static constexpr int kReach = 4;    ///< Smaller voxels on either side on which a coefficient has an effect.
     static constexpr size_t kLarge = 7; ///< Coefficients along an axis on which those of a block depend.
@@ -57,17 +73,21 @@ struct SplineRefinement {
         std::array<std::array<double, kBlock>, kLarge> of;
     };
     static Weights weightsFrom(int first) {
-        constexpr std::array<double, size_t{kReach} + 1> kTwentySevenths{19, 16, 10, 4, 1};
-        const int from = first - kReach;
         Weights w;
-        w.lowest = from / kRatio + (from % kRatio > 0 ? 1 : 0); // rounded up
+        w.lowest = roundedUp(first - kReach);
         for (size_t m = 0; m < kLarge; ++m)
-            for (size_t k = 0; k < kBlock; ++k) {
-                const int off = std::abs(first + static_cast<int>(k) - kRatio * (w.lowest + static_cast<int>(m)));
-                w.of[m][k] = off <= kReach ? kTwentySevenths[static_cast<size_t>(off)] / 27 : 0;
-            }
+            for (size_t k = 0; k < kBlock; ++k)
+                w.of[m][k] = weightAt(first + static_cast<int>(k) - kRatio * (w.lowest + static_cast<int>(m)));
         return w;
     }
+    /// What a coefficient contributes to that of the smaller voxel at this offset.
+    static double weightAt(int offset) {
+        constexpr std::array<double, size_t{kReach} + 1> kTwentySevenths{19, 16, 10, 4, 1};
+        const int off = std::abs(offset);
+        return off <= kReach ? kTwentySevenths[static_cast<size_t>(off)] / 27 : 0;
+    }
+    /// Returns the first voxel whose centre is not before that of a smaller one.
+    static int roundedUp(int small) { return small / kRatio + (small % kRatio > 0 ? 1 : 0); }
 };
 
 } // namespace curlew

@@ -2,14 +2,13 @@
 #include "curlew/vdb/WideSdf.h"
 
 #include "BandSize.h"
+#include "LevelSetScale.h"
 #include "SolidChecks.h"
 #include "SplineField.h"
 #include "SplineRefinement.h"
 #include "curlew/base/Error.h"
 #include "curlew/vdb/LevelSetMesh.h"
 #include "curlew/vdb/Openvdb.h"
-
-#include <openvdb/tools/ChangeBackground.h>
 
 #include <algorithm>
 #include <optional>
@@ -28,7 +27,7 @@ class LargerVoxels {
     explicit LargerVoxels(const LevelSet& levelSet)
         : mTransform(levelSet.grid->transform().copy()),
           mThickness(thicknessOf(*levelSet.grid) / levelSet.voxelSize()),
-          mMesh(std::make_shared<Mesh>(levelSet.mesh ? *levelSet.mesh : levelSetToMesh(levelSet))) {
+          mMesh(std::make_shared<Mesh>(levelSet.mesh ? facesOf(*levelSet.mesh) : levelSetToMesh(levelSet))) {
         // In voxels, because new level sets have no origin and no axes but those of the coordinates.
         for (auto& p : mMesh->points) p = mTransform->worldToIndex(p);
     }
@@ -39,10 +38,8 @@ class LargerVoxels {
         requireBand(extentOf(*mMesh, times), halfWidth, times * mTransform->voxelSize()[0]);
         try {
             const auto grid = meshToLevelSet(mMesh, options, monitor).grid->deepCopy();
-            const auto unit = static_cast<float>(mTransform->voxelSize()[0]);
-            const float background = unit * grid->background();
-            for (auto value = grid->beginValueOn(); value; ++value) value.setValue(unit * *value);
-            openvdb::tools::changeLevelSetBackground(grid->tree(), background);
+            scaleDistances(*grid, static_cast<float>(mTransform->voxelSize()[0]));
+            grid->removeMeta(kThickness); // in voxels
             grid->setTransform(mTransform->copy());
             grid->transform().preScale(times);
             return LevelSet{grid, nullptr};
@@ -52,6 +49,10 @@ class LargerVoxels {
     }
 
   private:
+    static Mesh facesOf(const Mesh& mesh) {
+        return {.points = mesh.points, .triangles = mesh.triangles, .quads = mesh.quads};
+    }
+
     openvdb::math::Transform::Ptr mTransform;
     double mThickness; // voxels
     std::shared_ptr<Mesh> mMesh;
@@ -63,12 +64,15 @@ Sdf sdfUpTo(const LevelSet& levelSet, double distance, const Monitor& monitor) {
     const auto halfWidthAt = [&](int times) { return distance / (times * levelSet.voxelSize()) + kSplineSupport; };
     if (halfWidthAt(1) <= std::max(kOneBand, levelSet.halfWidth()))
         return sdfOf(widened(levelSet, halfWidthAt(1), monitor));
-    const LargerVoxels larger(levelSet);
     constexpr int kRatio = SplineRefinement::kRatio;
+    const LargerVoxels larger(levelSet);
     std::vector<LevelSet> bands{widened(levelSet, kFineBand, monitor)};
     for (int times = kRatio;; times *= kRatio) {
+        constexpr double kOverlap = 2; // voxels; see sdfOfBands()
         const bool last = halfWidthAt(times) <= kOneBand;
-        if (auto band = larger(times, last ? halfWidthAt(times) : kFineBand, monitor)) {
+        const double reachBefore = (bands.back().halfWidth() - kSplineSupport) / kRatio;
+        const double least = reachBefore + kOverlap + kSplineSupport;
+        if (auto band = larger(times, std::max(last ? halfWidthAt(times) : kFineBand, least), monitor)) {
             bands.push_back(std::move(*band));
             if (last) break;
             continue;

@@ -713,6 +713,22 @@ TEST_CASE("advect: adaptive steps do not depend on threads or other particles", 
     CHECK(position(alone, 0) == position(one, 250));
 }
 
+TEST_CASE("advect: coarse steps move particles of potentials beyond the range of float, too", "[track]") {
+    const auto moved = [](double amplitude) {
+        const auto noise = [&](uint64_t seed) { return amplitude * noiseField<Psrd3>({.seed = seed}, {}); };
+        const Flow flow = withSpeed(Flow(noise(1), noise(2), {.box = cube(1), .wall = {}}), 1);
+        Points particles = scatter(flow.domain(), 50, 3);
+        const AdvectResult result = advect(flow, particles, {.time = 1, .accuracy = 1e-3});
+        CHECK(result.notConverged == 0);
+        return particles;
+    };
+    const Points usual = moved(1), small = moved(1e-25), large = moved(1e22);
+    for (size_t k = 0; k < usual.size(); ++k) {
+        CHECK(length(position(usual, k) - position(small, k)) < 0.01);
+        CHECK(length(position(usual, k) - position(large, k)) < 0.01);
+    }
+}
+
 TEST_CASE("advect: the default accuracy does not depend on units", "[track]") {
     // The same flow in other units of length and time. The factors are powers of two, so that it is equal to rounding.
     const auto moved = [](double length, double time) {

@@ -257,6 +257,25 @@ TEST_CASE("widened: extends the band without moving the surface", "[vdb]") {
     }
 }
 
+TEST_CASE("widened: without a mesh, the band is as wide in every direction, in any unit", "[vdb]") {
+    const double unit = GENERATE(1.0, 1e4);
+    const double voxel = 0.05 * unit;
+    const LevelSet narrow{
+        openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(float(unit), {0, 0, 0}, float(voxel), 3), nullptr};
+    const LevelSet wide = widened(narrow, 15);
+    const Sdf sdf = sdfOf(wide);
+    for (const Vec3d& p : test::randomPoints(test::cube(1.7 * unit), 2000, 1)) {
+        const double exact = length(p) - unit;
+        if (exact < -0.55 * unit || exact > sdf.reach) continue;
+        const double d = sdf.distance.at<0>(p).value;
+        CAPTURE(unit, p, exact, d);
+        CHECK(std::abs(d - exact) < 0.3 * voxel);
+    }
+    for (auto value = wide.grid->cbeginValueOn(); value; ++value) REQUIRE(std::abs(*value) < wide.grid->background());
+    for (auto value = narrow.grid->cbeginValueOn(); value; ++value)
+        REQUIRE(wide.grid->tree().getValue(value.getCoord()) == *value);
+}
+
 TEST_CASE("meshToLevelSet: invalid meshes and options are refused", "[vdb]") {
     const auto sphere = cubeSphere(1, 8);
     auto flat = std::make_shared<Mesh>();

@@ -123,8 +123,10 @@ TEST_CASE("energySpectrum: of a flow in two dimensions does not depend on how th
     constexpr int kEdge = 48;
     const auto spectrumOf = [&](const Coord& size, int flat) {
         return energySpectrum(*gridOf(size, 1.0 / kEdge, [&](Coord ijk) {
+            const double rounding = 1e-7 * (ijk[flat] & 1);
             ijk[flat] = 0;
-            return unlike(ijk) + openvdb::Vec3d(std::cos(5 * kTurn / kEdge * (ijk[0] + ijk[1] + ijk[2])));
+            return (1 + rounding) * unlike(ijk) +
+                   openvdb::Vec3d(std::cos(5 * kTurn / kEdge * (ijk[0] + ijk[1] + ijk[2])));
         }));
     };
     const int flat = GENERATE(0, 1, 2);
@@ -139,7 +141,7 @@ TEST_CASE("energySpectrum: of a flow in two dimensions does not depend on how th
         CAPTURE(flat, thickness);
         REQUIRE(slab.energy.size() == layer.energy.size());
         for (size_t s = 0; s < layer.energy.size(); ++s)
-            CHECK(slab.energy[s] == Approx(layer.energy[s]).epsilon(1e-9).margin(1e-14));
+            CHECK(slab.energy[s] == Approx(layer.energy[s]).epsilon(1e-6).margin(1e-12));
     }
 }
 

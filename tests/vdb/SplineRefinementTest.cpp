@@ -43,6 +43,10 @@ TEST_CASE("SplineRefinement: the spline on smaller voxels is the same function",
         const int n = ((i - x) * kEdge + j - y) * kEdge + k - z;
         return block[static_cast<size_t>(n)];
     };
+    for (int n = 0; n < kEdge; ++n) {
+        const Vec<int, 3> small{{x + n, y + (5 * n) % kEdge, z + (7 * n) % kEdge}};
+        CHECK(SplineRefinement::at(small, arbitrary) == Approx(refined(small[0], small[1], small[2])).margin(1e-15));
+    }
     double worst = 0;
     for (uint64_t k = 0; k < 200; ++k) {
         Vec3d p = test::randomPoint(test::cube(0.5 * (kEdge - 3)), 6, k);

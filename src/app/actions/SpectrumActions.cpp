@@ -45,7 +45,8 @@ PlotData plotOf(const EnergySpectrum& spectrum, const Interval& fit) {
 void spectrum(Context& c, const Arguments& a) {
     const auto grid = vectorsOf(c.grid("velocity").grid);
     if (!grid) throw ValueError("needs a grid of float or double vectors");
-    const EnergySpectrum found = energySpectrum(*grid, spectrumBinding().read(a), c.follow("spectrum"));
+    const SpectrumOptions options = spectrumBinding().read(a);
+    const EnergySpectrum found = energySpectrum(*grid, options, c.follow("spectrum"));
     const Interval fit = fitOf(a, found);
     const double slope = powerLawSlope(found, fit.lower, fit.upper);
     Json waveNumbers = Json::array();
@@ -64,11 +65,11 @@ void spectrum(Context& c, const Arguments& a) {
         fmt::format("spectrum: kinetic energy {:.4g}, peak at {:.4g} cycles per world unit; E(k) ~ k^{:.3g} from "
                     "{:.4g} to {:.4g} (Kolmogorov: -5/3)",
                     found.kineticEnergy, peakWaveNumber(found), slope, fit.lower, fit.upper));
-    if (peakWaveNumber(found) == found.waveNumber(1))
-        c.warn(fmt::format(
-            "the peak is at the lowest wave number that the grid's shortest edge can show, {:.4g} cycles per "
-            "world unit, so larger eddies may be cut off; use a larger box",
-            found.shellWidth));
+    if (options.window != SpectrumWindow::none && peakWaveNumber(found) == found.waveNumber(1))
+        c.warn(
+            fmt::format("the peak is at the lowest wave number that the box can show, {:.4g} cycles per world unit, "
+                        "so larger eddies may be cut off; use a larger box",
+                        found.shellWidth));
     if (!a.given("plot")) return;
     const std::string svg = plotSvg(
         plotOf(found, fit), {.title = a.text("title"), .yLabel = "energy per wave number", .logX = true, .logY = true});
