@@ -57,6 +57,7 @@ FloatGrid::Ptr withBackground(const FloatGrid& grid, float background, float lim
     for (auto value = copy->beginValueOn(); value; ++value)
         if (!(std::abs(*value) < limit)) value.setActiveState(false);
     openvdb::tools::changeLevelSetBackground(copy->tree(), background);
+    openvdb::tools::pruneLevelSet(copy->tree());
     return copy;
 }
 
@@ -109,7 +110,11 @@ LevelSet levelSetOf(const openvdb::GridBase::ConstPtr& grid) {
             markers = k + 1;
     const float distance = greatest[markers];
     const bool foreign = distance > 0 && floats->background() > std::max(kForeign * distance, distance + size);
-    if (markers == 0 && !foreign) return {floats, nullptr};
+    if (markers == 0 && !foreign) {
+        const float background = floats->background();
+        if (greatest[0] != background || greatest[1] == 0) return {floats, nullptr};
+        return {withBackground(*floats, background, background), nullptr};
+    }
     const float limit = markers > 0 ? greatest[markers - 1] : std::numeric_limits<float>::infinity();
     return {withBackground(*floats, distance + size, limit), nullptr};
 }

@@ -326,6 +326,29 @@ TEST_CASE("levelSetOf: a background far beyond the distances does not count as t
     CHECK(levelSetOf(steep.grid).grid == steep.grid);
 }
 
+TEST_CASE("levelSetOf: of an array of clipped distances, only the others count", "[vdb]") {
+    constexpr float kVoxel = 0.1f, kMost = 3 * kVoxel;
+    const auto grid = openvdb::FloatGrid::create(kMost);
+    grid->setGridClass(openvdb::GRID_LEVEL_SET);
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(static_cast<double>(kVoxel)));
+    auto to = grid->getAccessor();
+    const openvdb::CoordBBox box(openvdb::Coord(-14), openvdb::Coord(14));
+    for (auto ijk = box.begin(); ijk; ++ijk) {
+        const auto distance = static_cast<float>((*ijk).asVec3d().length()) * kVoxel - 1;
+        to.setValue(*ijk, std::clamp(distance, -kMost, kMost));
+    }
+    const LevelSet read = levelSetOf(grid);
+    CHECK(read.grid->activeVoxelCount() < grid->activeVoxelCount() / 2);
+    const Sdf sdf = sdfOf(widened(read, 9));
+    for (const Vec3d& p : test::randomPoints(test::cube(1.5), 500, 1)) {
+        const double exact = length(p) - 1;
+        if (exact > -0.5 && exact < sdf.reach) CHECK(sdf.distance.at<0>(p).value == Approx(exact).margin(0.03));
+    }
+    // A mask is no array of distances.
+    for (auto value = grid->beginValueOn(); value; ++value) value.setValue(std::copysign(kMost, *value));
+    CHECK(levelSetOf(grid).grid == grid);
+}
+
 TEST_CASE("levelSetOf: accepts only valid float level sets", "[vdb]") {
     CHECK_THROWS_WITH(levelSetOf(openvdb::Vec3SGrid::create()), Catch::ContainsSubstring("float"));
     auto grid = openvdb::FloatGrid::create(1.0f);

@@ -36,8 +36,10 @@ LevelSet meshToLevelSet(std::shared_ptr<const Mesh> mesh, SolidOptions options, 
 /// arrays have a marker such as 1000 there, and perhaps in voxels beyond the band, with another value inside. So if the
 /// greatest absolute value of active voxels, or the second greatest, is more than four times the next, and by more than
 /// two voxels, voxels from there on are no distances. If there are such, or if the background is more than twice the
-/// greatest distance, a copy is returned: its background is that distance and a voxel. Throws ValueError unless it is a
-/// float level set with finite values, a positive background and cubic voxels, and encloses something.
+/// greatest distance, a copy is returned: its background is that distance and a voxel. If the greatest distance is the
+/// background, as in an array of clipped distances, voxels there are no distances either; in a copy, they are inactive.
+/// Throws ValueError unless it is a float level set with finite values, a positive background and cubic voxels, and
+/// encloses something.
 LevelSet levelSetOf(const std::shared_ptr<const openvdb::GridBase>& grid);
 
 /// Returns the bounding box of the inside, padded by one voxel, in world units.
