@@ -68,8 +68,8 @@ FloatGrid::Ptr dilated(const FloatGrid& grid, double from, double halfWidth) {
     scaleDistances(*inVoxels, 1 / voxel);
     inVoxels->setTransform(openvdb::math::Transform::createLinearTransform(1));
     // Across faces only, it would reach as far as this only along the axes, and 0.6 times as far along diagonals.
-    const auto wide = openvdb::tools::dilateSdf(*inVoxels, static_cast<int>(std::ceil(halfWidth - from)),
-                                                openvdb::tools::NN_FACE_EDGE_VERTEX, 1);
+    auto wide = openvdb::tools::dilateSdf(*inVoxels, static_cast<int>(std::ceil(halfWidth - from)),
+                                          openvdb::tools::NN_FACE_EDGE_VERTEX, 1);
     const auto most = static_cast<float>(halfWidth);
     for (auto leaf = wide->tree().beginLeaf(); leaf; ++leaf)
         for (auto value = leaf->beginValueOn(); value; ++value)
