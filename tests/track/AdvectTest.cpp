@@ -723,6 +723,7 @@ TEST_CASE("advect: coarse steps move particles of potentials beyond the range of
         return particles;
     };
     const Points usual = moved(1), small = moved(1e-25), large = moved(1e22);
+    // Stages in float, or in double: they differ by far less than the errors of a few steps of this accuracy.
     for (size_t k = 0; k < usual.size(); ++k) {
         CHECK(length(position(usual, k) - position(small, k)) < 0.01);
         CHECK(length(position(usual, k) - position(large, k)) < 0.01);
