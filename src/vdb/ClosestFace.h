@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "MeshAdapter.h"
+#include "IndexMesh.h"
 #include "TriangleDistances.h"
 #include "VertexFaces.h"
 #include "curlew/math/Dispatch.h"
@@ -17,25 +17,20 @@ namespace curlew {
 /// Looks for the face closest to a position, in voxels.
 class ClosestFace {
   public:
-    ClosestFace(const MeshAdapter& mesh, const openvdb::Vec3d& position) : mMesh(mesh), mPosition(position) {}
+    ClosestFace(const IndexMesh& mesh, const Vec3d& position) : mMesh(mesh), mPosition(position) {}
 
     /// Adds a face to those that compare() looks at, unless it is one of the first that were added.
     void add(size_t face) {
         const auto end = mSeen.begin() + mCount;
         if (std::find(mSeen.begin(), end, face) != end) return;
         if (mCount < mSeen.size()) mSeen[mCount++] = face;
-        for (size_t k = 2; k < mMesh.vertexCount(face); ++k) {
+        mMesh.forTriangles(face, [&](const std::array<Vec3d, 3>& corner, const std::array<size_t, 3>& numbers) {
             if (mTriangles.size == kBatch) compare();
-            const auto n = static_cast<size_t>(mTriangles.size++);
-            mFaces[n] = face;
-            mCorners[n] = {0, k - 1, k};
-            for (size_t corner = 0; corner < 3; ++corner) {
-                openvdb::Vec3d p;
-                mMesh.getIndexSpacePoint(face, mCorners[n][corner], p);
-                p -= mPosition;
-                mTriangles.corner[corner].set(static_cast<int>(n), Vec3d{{p[0], p[1], p[2]}});
-            }
-        }
+            const int n = mTriangles.size++;
+            mFaces[static_cast<size_t>(n)] = face;
+            mCorners[static_cast<size_t>(n)] = numbers;
+            for (size_t k = 0; k < 3; ++k) mTriangles.corner[k].set(n, corner[k] - mPosition);
+        });
     }
 
     /// Compares the faces that were added.
@@ -46,7 +41,7 @@ class ClosestFace {
             if (!(result.square[n] < mSquare)) continue;
             mSquare = result.square[n];
             mFace = mFaces[n];
-            mInterior = result.corner[n] == TriangleKernel::kInterior;
+            mInterior = result.corner[n] == ClosestPoint<double>::kInterior;
             if (!mInterior) mVertex = mMesh.vertex(mFace, mCorners[n][static_cast<size_t>(result.corner[n])]);
         }
         mTriangles.size = 0;
@@ -84,8 +79,8 @@ class ClosestFace {
             for (const openvdb::Index32 face : found) add(face);
     }
 
-    const MeshAdapter& mMesh;
-    openvdb::Vec3d mPosition;
+    const IndexMesh& mMesh;
+    Vec3d mPosition;
     Triangles mTriangles; ///< Those not compared yet, their faces, and their corners among those of the face.
     std::array<size_t, kBatch> mFaces;
     std::array<std::array<size_t, 3>, kBatch> mCorners;

@@ -13,12 +13,11 @@ namespace curlew {
 using openvdb::Index32;
 
 FaceSides::FaceSides(const Mesh& mesh, const openvdb::math::Transform& transform)
-    : mMesh(mesh), mAdapter(mesh, transform), mFaces(mAdapter) {}
+    : mMesh(mesh), mIndexMesh(mesh, transform), mFaces(mIndexMesh) {}
 
 openvdb::Vec3d FaceSides::cornerOf(size_t face, size_t k) const {
-    openvdb::Vec3d p;
-    mAdapter.getIndexSpacePoint(face, k, p);
-    return p;
+    const Vec3d& p = mIndexMesh.indexPoint(face, k);
+    return {p[0], p[1], p[2]};
 }
 
 openvdb::Vec3d FaceSides::normalOf(size_t face) const {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "MeshAdapter.h"
+#include "IndexMesh.h"
 #include "VertexFaces.h"
 #include "curlew/vdb/Openvdb.h"
 
@@ -26,7 +26,7 @@ class FaceSides {
     openvdb::Vec3d normalOf(size_t face) const;
 
     const Mesh& mMesh;
-    MeshAdapter mAdapter;
+    IndexMesh mIndexMesh;
     VertexFaces mFaces;
 };
 

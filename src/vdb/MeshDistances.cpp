@@ -2,23 +2,24 @@
 #include "MeshDistances.h"
 
 #include "ClosestFace.h"
-#include "MeshAdapter.h"
+#include "IndexMesh.h"
+#include "LeafFaces.h"
 #include "VertexFaces.h"
 #include "curlew/base/Parallel.h"
-#include "curlew/vdb/Interrupter.h"
 #include "curlew/vdb/Openvdb.h"
 
 #include <openvdb/tools/ChangeBackground.h>
-#include <openvdb/tools/MeshToVolume.h>
 #include <openvdb/tools/Morphology.h>
 #include <openvdb/tools/Prune.h>
-#include <openvdb/util/Util.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <span>
+#include <utility>
 #include <vector>
 
 namespace curlew {
@@ -36,11 +37,12 @@ template <class Tree>
 using Reader = openvdb::tree::ValueAccessor<const Tree, /*IsSafe=*/false>;
 
 // In voxels.
-constexpr double kExact = 1.5; ///< Closer voxels are exact: OpenVDB compares a face with the 26 neighbours of every
-                               ///< voxel that it meets.
 constexpr double kRidge = 0.1; ///< A second difference of distances, negative.
 constexpr double kSame = 1e-5; ///< A change of a distance that does not count. Smaller ones would spread far.
+constexpr double kNarrow = 3;  ///< A band up to this half width is exact.
+constexpr double kKnown = 1.5; ///< The half width from which a wide band grows. From 3, its errors were greater.
 constexpr int kEdge = Leaf::DIM;
+constexpr openvdb::Int32 kNoFace = -1;
 
 /// The faces known in a leaf and at the voxels next to it.
 class KnownFaces {
@@ -104,23 +106,25 @@ class KnownFaces {
 /// changes.
 class GrowingBand {
   public:
-    GrowingBand(MeshDistances& band, const MeshAdapter& mesh, double halfWidth)
+    /// The band grows from the voxels within `known` voxels.
+    GrowingBand(MeshDistances& band, const IndexMesh& mesh, double known, double halfWidth)
         : mDistance(band.distance->tree()),
           mFace(band.face->tree()),
           mMesh(mesh),
           mFacesAt(mesh),
           mVoxel(band.distance->voxelSize()[0]),
+          mKnown(known),
           mHalfWidth(halfWidth) {}
 
     void grow(const Monitor& monitor) {
-        dropInexact();
+        forgetUnknown();
         const Monitor quiet = monitor.quiet();
         openvdb::MaskTree front(mDistance, false, true, openvdb::TopologyCopy());
         for (int round = 1; !front.empty(); ++round) {
             dilate(front);
             front.topologyDifference(mDistance);
             improve(front, quiet);
-            if (monitor.report) monitor.report(std::min(1.0, round / (std::numbers::sqrt3 * mHalfWidth)));
+            if (monitor.report) monitor.report(std::min(1.0, round / (std::numbers::sqrt3 * (mHalfWidth - mKnown))));
         }
         openvdb::MaskTree changed = ridges(quiet);
         while (!changed.empty()) {
@@ -152,16 +156,15 @@ class GrowingBand {
                                                                                            false);
     }
 
-    /// Forgets the voxels that OpenVDB has not compared with every face.
-    void dropInexact() {
-        const auto exact = static_cast<float>(std::min(kExact, mHalfWidth) * mVoxel);
+    void forgetUnknown() {
+        const auto known = static_cast<float>(mKnown * mVoxel);
         openvdb::tools::changeBackground(mDistance, static_cast<float>(mHalfWidth * mVoxel));
         std::vector<Leaf*> leaves;
         mDistance.getNodes(leaves);
         parallelFor(leaves.size(), 64, [&](size_t begin, size_t end) {
             for (size_t n = begin; n < end; ++n)
                 for (auto value = leaves[n]->beginValueOn(); value; ++value)
-                    if (!(*value < exact)) leaves[n]->setValueOff(value.pos(), mDistance.background());
+                    if (!(*value < known)) leaves[n]->setValueOff(value.pos(), mDistance.background());
         });
     }
 
@@ -232,7 +235,8 @@ class GrowingBand {
     void search(const Part& part, const KnownFaces& faces, std::vector<Closer>& found) const {
         for (auto voxel = part.front->cbeginValueOn(); voxel; ++voxel) {
             const bool known = part.distance->isValueOn(voxel.pos());
-            ClosestFace closest(mMesh, voxel.getCoord().asVec3d());
+            const Coord ijk = voxel.getCoord();
+            ClosestFace closest(mMesh, Vec3d{{double(ijk[0]), double(ijk[1]), double(ijk[2])}});
             faces.forNeighbours(Leaf::offsetToLocalCoord(voxel.pos()),
                                 [&](openvdb::Int32 face) { closest.add(static_cast<size_t>(face)); });
             // At a ridge the closest face may be next to one that is not the best of these, where no walk begins.
@@ -248,32 +252,126 @@ class GrowingBand {
 
     FloatTree& mDistance;
     Int32Tree& mFace;
-    const MeshAdapter& mMesh;
+    const IndexMesh& mMesh;
     VertexFaces mFacesAt;
-    double mVoxel, mHalfWidth; // in world units; in voxels
+    double mVoxel;             ///< World units.
+    double mKnown, mHalfWidth; ///< Voxels.
 };
+
+/// The distances and the closest faces of a leaf.
+struct ExactLeaf {
+    ExactLeaf() = default;
+    ExactLeaf(const Coord& origin, const LeafTriangleKernel::Closest& closest, double voxel, float background) {
+        distance = std::make_unique<Leaf>(origin, background);
+        face = std::make_unique<Int32Tree::LeafNodeType>(origin, kNoFace);
+        for (Index k = 0; k < Leaf::SIZE; ++k) {
+            const auto here = static_cast<float>(voxel * std::sqrt(closest.square[k]));
+            if (!(here < background)) continue;
+            distance->setValueOn(k, here);
+            face->setValueOn(k, static_cast<openvdb::Int32>(closest.face[k]));
+        }
+    }
+
+    std::unique_ptr<Leaf> distance;
+    std::unique_ptr<Int32Tree::LeafNodeType> face;
+};
+
+/// Compares the voxels up to a width, in voxels, with all faces near them.
+MeshDistances exactDistances(const IndexMesh& mesh, const openvdb::math::Transform& transform, double width,
+                             const Monitor& monitor) {
+    const double voxel = transform.voxelSize()[0];
+    const auto background = static_cast<float>(width * voxel);
+    const LeafFaces faces(mesh, width, monitor.quiet());
+    std::vector<ExactLeaf> leaves(faces.leaves());
+    parallelFor(
+        leaves.size(), 4,
+        [&](size_t begin, size_t end) {
+            LeafTriangleKernel::Closest closest{};
+            for (size_t n = begin; n < end; ++n) {
+                closest.square.fill(width * width);
+                faces.forTriangles(n, [&](const std::span<const LeafTriangle>& triangles) {
+                    runKernel<LeafTriangleKernel, double>(triangles, closest);
+                });
+                leaves[n] = ExactLeaf(faces.origin(n), closest, voxel, background);
+            }
+        },
+        monitor);
+    MeshDistances result;
+    result.distance = FloatGrid::create(background);
+    result.face = Int32Grid::create(kNoFace);
+    result.distance->setTransform(transform.copy());
+    result.face->setTransform(transform.copy());
+    for (ExactLeaf& leaf : leaves) {
+        if (leaf.distance->isEmpty()) continue;
+        result.distance->tree().addLeaf(leaf.distance.release());
+        result.face->tree().addLeaf(leaf.face.release());
+    }
+    return result;
+}
+
+/// Returns whether a band is compared with all faces within reach: if it is narrow, or if that takes no longer than to
+/// grow it. To prepare a triangle for a leaf takes about as long as to grow a voxel (measured with faces of 0.5 to 10
+/// voxels), and a pair of both takes less memory.
+bool comparesAll(const IndexMesh& mesh, double halfWidth) {
+    constexpr double kEdgeOfLeaf = kEdge;
+    constexpr double kNear = 0.6; // of the leaves in the box of what is within reach
+    if (halfWidth <= kNarrow) return true;
+    struct Work {
+        double leaves = 0, area = 0;
+        Work& operator+=(const Work& o) {
+            leaves += o.leaves;
+            area += o.area;
+            return *this;
+        }
+    };
+    const Work work = parallelSum(mesh.polygonCount(), 4096, [&](size_t begin, size_t end) {
+        Work sum;
+        const auto add = [&](const std::array<Vec3d, 3>& corner, const auto&) {
+            double leaves = kNear;
+            for (int axis = 0; axis < 3; ++axis) {
+                const double least = std::min(std::min(corner[0][axis], corner[1][axis]), corner[2][axis]);
+                const double most = std::max(std::max(corner[0][axis], corner[1][axis]), corner[2][axis]);
+                leaves *= 1 + (most - least + 2 * halfWidth) / kEdgeOfLeaf;
+            }
+            sum += {leaves, length(cross(corner[1] - corner[0], corner[2] - corner[0])) / 2};
+        };
+        for (size_t face = begin; face < end; ++face) mesh.forTriangles(face, add);
+        return sum;
+    });
+    double box = 1;
+    for (int axis = 0; axis < 3; ++axis) box *= mesh.size()[axis] + 2 * halfWidth;
+    return work.leaves <= std::min(2 * halfWidth * work.area, box);
+}
+
+/// Copies the values of a narrower band to a wider one.
+void copyTo(MeshDistances& wide, const MeshDistances& narrow) {
+    for (auto leaf = narrow.distance->tree().cbeginLeaf(); leaf; ++leaf) {
+        const auto& faces = *narrow.face->tree().probeConstLeaf(leaf->origin());
+        Leaf* distance = wide.distance->tree().touchLeaf(leaf->origin());
+        Int32Tree::LeafNodeType* face = wide.face->tree().touchLeaf(leaf->origin());
+        for (auto value = leaf->cbeginValueOn(); value; ++value) {
+            distance->setValueOn(value.pos(), *value);
+            face->setValueOn(value.pos(), faces.getValue(value.pos()));
+        }
+    }
+}
 
 } // namespace
 
 MeshDistances distancesTo(const Mesh& mesh, const openvdb::math::Transform& transform, double halfWidth,
                           const Monitor& monitor) {
-    const auto width = static_cast<float>(std::min(halfWidth, 2.0)); // OpenVDB extends wider bands
+    const IndexMesh indexMesh(mesh, transform);
+    const double exact = comparesAll(indexMesh, halfWidth) ? halfWidth : kNarrow, share = exact / halfWidth;
     const auto part = [&](double begin, double end) {
         const auto report = [&monitor, begin, end](double done) { monitor.report(begin + (end - begin) * done); };
         return monitor.report ? Monitor{.report = report, .cancelled = monitor.cancelled} : monitor;
     };
-    const double share = static_cast<double>(width) / halfWidth;
-    const Monitor near = part(0, share);
-    Interrupter interrupter(near);
-    const MeshAdapter adapter(mesh, transform);
-    MeshDistances result;
-    result.face = Int32Grid::create(static_cast<openvdb::Int32>(openvdb::util::INVALID_IDX));
-    // Unsigned, since OpenVDB's signs are wrong in parts thinner than 1.5 voxels, and computing them raises distances
-    // in such parts to 0.75 voxels.
-    result.distance = openvdb::tools::meshToVolume<FloatGrid>(
-        interrupter, adapter, transform, width, width, openvdb::tools::UNSIGNED_DISTANCE_FIELD, result.face.get());
-    monitor.check();
-    GrowingBand(result, adapter, halfWidth).grow(part(share, 1));
+    MeshDistances result = exactDistances(indexMesh, transform, exact, part(0, share));
+    if (halfWidth > exact) {
+        const MeshDistances near{result.distance->deepCopy(), result.face->deepCopy()};
+        GrowingBand(result, indexMesh, kKnown, halfWidth).grow(part(share, 1));
+        copyTo(result, near);
+    }
     return result;
 }
 

@@ -14,9 +14,8 @@ struct MeshDistances {
                                       ///< come first, then quads.
 };
 
-/// Computes distances within `halfWidth` voxels. OpenVDB's meshToVolume finds those next to the mesh, where they are
-/// exact. Farther out, it compares each voxel only with the closest faces of neighbours visited before, and if faces
-/// are about as small as voxels, distances are too large by up to 0.7 voxels. Therefore we extend the band: each voxel
+/// Computes distances within `halfWidth` voxels. Up to 3 voxels, or if faces are large, voxels are compared with all
+/// faces within reach, so distances are exact. Farther out, that would take too long, so the band grows: each voxel
 /// begins with the best face of its neighbours, and walks from face to face over the mesh. Measured on four meshes with
 /// bands of 8 to 20 voxels, the greatest error is 0.03 voxels, and the rms error at most 0.001. `monitor` shows the
 /// progress of both.

@@ -203,8 +203,8 @@ MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options,
     const double voxel = voxelFor(*mesh, options);
     const double halfWidth = options.halfWidth + options.thickness / 2 / voxel;
     const Extent extent = extentOf(*mesh, voxel);
-    // Triangles, their edges, a tree over them, and points in double.
-    constexpr double kBytesPerTriangle = 72;
+    // Triangles, their edges, a tree over them, points in double, and the lists of those near each leaf.
+    constexpr double kBytesPerTriangle = 120;
     requireMemory(bandBytes(extent, halfWidth) +
                       kBytesPerTriangle * static_cast<double>(mesh->triangles.size() + 2 * mesh->quads.size()),
                   fmt::format("a level set of {:.2g} voxels", samplesInBand(extent, halfWidth)),

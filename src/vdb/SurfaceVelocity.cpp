@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "SurfaceVelocity.h"
 
-#include "MeshAdapter.h"
+#include "IndexMesh.h"
 #include "MeshDistances.h"
 #include "SplineField.h"
 #include "curlew/base/Parallel.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "MeshAdapter.h"
+#include "IndexMesh.h"
 
 #include <span>
 #include <vector>
@@ -11,7 +11,7 @@ namespace curlew {
 /// The faces at each vertex of a mesh, in ascending order.
 class VertexFaces {
   public:
-    explicit VertexFaces(const MeshAdapter& mesh) : mFirst(mesh.pointCount() + 2, 0) {
+    explicit VertexFaces(const IndexMesh& mesh) : mFirst(mesh.pointCount() + 2, 0) {
         const auto forCorners = [&](const auto& use) {
             for (size_t face = 0; face < mesh.polygonCount(); ++face)
                 for (size_t k = 0; k < mesh.vertexCount(face); ++k) use(face, mesh.vertex(face, k));

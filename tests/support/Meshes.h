@@ -5,6 +5,9 @@
 #include "curlew/vdb/MeshFile.h"
 #include "support/Places.h"
 
+#include <openvdb/math/Proximity.h>
+
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -26,6 +29,35 @@ inline std::vector<Vec3I> trianglesOf(const Mesh& mesh) {
         all.emplace_back(q[0], q[2], q[3]);
     }
     return all;
+}
+
+/// The distance by comparing all triangles, with OpenVDB's formula.
+inline double distanceTo(const Mesh& mesh, const openvdb::Vec3d& p) {
+    double best = 1e300;
+    for (const auto& t : trianglesOf(mesh)) {
+        openvdb::Vec3d uvw;
+        const openvdb::Vec3d closest = openvdb::math::closestPointOnTriangleToPoint(
+            openvdb::Vec3d(mesh.points[t[0]]), openvdb::Vec3d(mesh.points[t[1]]), openvdb::Vec3d(mesh.points[t[2]]), p,
+            uvw);
+        best = std::min(best, (closest - p).length());
+    }
+    return best;
+}
+
+/// Two pyramids on a common base with n corners: n faces meet at either tip.
+inline Mesh bipyramid(int n) {
+    Mesh mesh;
+    for (int k = 0; k < n; ++k) {
+        const double angle = 2 * std::numbers::pi * k / n;
+        mesh.points.emplace_back(static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)), 0.0F);
+    }
+    mesh.points.emplace_back(0.0F, 0.0F, -0.6F);
+    mesh.points.emplace_back(0.0F, 0.0F, 0.6F);
+    for (int k = 0; k < n; ++k) {
+        mesh.triangles.emplace_back((k + 1) % n, k, n);
+        mesh.triangles.emplace_back(k, (k + 1) % n, n + 1);
+    }
+    return mesh;
 }
 
 /// The winding number by summing all solid angles in long double, each from its three dihedral angles' spherical excess

@@ -8,7 +8,6 @@
 #include "support/Points.h"
 #include "support/Samples.h"
 
-#include <openvdb/math/Proximity.h>
 #include <openvdb/tools/LevelSetMeasure.h>
 #include <openvdb/tools/MeshToVolume.h>
 
@@ -77,35 +76,6 @@ double notDistances(const LevelSet& levelSet) {
     return static_cast<double>(off) / static_cast<double>(all);
 }
 
-/// Computes the distance by brute force over all triangles.
-double distanceTo(const Mesh& mesh, const openvdb::Vec3d& p) {
-    double best = 1e300;
-    for (const auto& t : test::trianglesOf(mesh)) {
-        openvdb::Vec3d uvw;
-        const openvdb::Vec3d closest = openvdb::math::closestPointOnTriangleToPoint(
-            openvdb::Vec3d(mesh.points[t[0]]), openvdb::Vec3d(mesh.points[t[1]]), openvdb::Vec3d(mesh.points[t[2]]), p,
-            uvw);
-        best = std::min(best, (closest - p).length());
-    }
-    return best;
-}
-
-/// Two pyramids on a common base with n corners: n faces meet at either tip.
-Mesh bipyramid(int n) {
-    Mesh mesh;
-    for (int k = 0; k < n; ++k) {
-        const double angle = 2 * std::numbers::pi * k / n;
-        mesh.points.emplace_back(static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)), 0.0F);
-    }
-    mesh.points.emplace_back(0.0F, 0.0F, -0.6F);
-    mesh.points.emplace_back(0.0F, 0.0F, 0.6F);
-    for (int k = 0; k < n; ++k) {
-        mesh.triangles.emplace_back((k + 1) % n, k, n);
-        mesh.triangles.emplace_back(k, (k + 1) % n, n + 1);
-    }
-    return mesh;
-}
-
 double volumeOf(const LevelSet& levelSet) { return openvdb::tools::levelSetVolume(*levelSet.grid); }
 
 } // namespace
@@ -135,7 +105,7 @@ TEST_CASE("solidOf: a clean closed mesh matches OpenVDB meshToVolume", "[vdb]") 
         if (std::abs(d - static_cast<double>(*value)) < 0.01 * voxel) continue;
         ++different;
         const openvdb::Vec3d p = transform->indexToWorld(value.getCoord());
-        const double exact = std::min(distanceTo(mesh, p), 3 * voxel);
+        const double exact = std::min(test::distanceTo(mesh, p), 3 * voxel);
         const bool inside = std::abs(test::windingNumber(mesh, p)) > 0.5;
         worst = std::max(worst, std::abs(d - (inside ? -exact : exact)) / voxel);
     }
@@ -147,7 +117,7 @@ TEST_CASE("solidOf: a clean closed mesh matches OpenVDB meshToVolume", "[vdb]") 
 TEST_CASE("solidOf: distances in a wide band are those to the closest face", "[vdb]") {
     // Faces larger than voxels, smaller ones, and slivers; the legs and the body of spot have ridges between them.
     const auto [mesh, dim] =
-        GENERATE(table<Mesh, int>({{test::spot(), 64}, {test::ball(6), 40}, {bipyramid(300), 60}}));
+        GENERATE(table<Mesh, int>({{test::spot(), 64}, {test::ball(6), 40}, {test::bipyramid(300), 60}}));
     const MeshSolid made = solid(mesh, {.dim = dim, .halfWidth = 9});
     const double voxel = made.levelSet.voxelSize();
     size_t n = 0, compared = 0;
@@ -155,7 +125,7 @@ TEST_CASE("solidOf: distances in a wide band are those to the closest face", "[v
     for (auto value = made.levelSet.grid->cbeginValueOn(); value; ++value) {
         if (n++ % (test::kSanitized ? 2000 : 400) != 0) continue;
         const openvdb::Vec3d p = made.levelSet.grid->indexToWorld(value.getCoord());
-        const double error = std::abs(std::abs(static_cast<double>(*value)) - distanceTo(mesh, p)) / voxel;
+        const double error = std::abs(std::abs(static_cast<double>(*value)) - test::distanceTo(mesh, p)) / voxel;
         worst = std::max(worst, error);
         squares += error * error;
         ++compared;
@@ -174,7 +144,7 @@ TEST_CASE("solidOf: a wide band reports its progress, and can be cancelled while
                             done = fraction;
                         },
                     .cancelled = {}};
-    const auto mesh = std::make_shared<const Mesh>(test::spot());
+    const auto mesh = std::make_shared<const Mesh>(test::ball(6)); // faces smaller than voxels: the band grows
     solidOf(mesh, {.dim = 40, .halfWidth = 12}, monitor);
     CHECK(rises);
     CHECK(done > 0.8);

@@ -4,27 +4,13 @@
 #include "support/Meshes.h"
 #include "support/Points.h"
 
-#include <openvdb/math/Proximity.h>
-
 #include <atomic>
 
 using namespace curlew;
 
 namespace {
 
-/// Computes the distance by brute force over all triangles.
-double distanceTo(const Mesh& mesh, const Vec3d& position) {
-    const openvdb::Vec3d p(position[0], position[1], position[2]);
-    double best = 1e300;
-    for (const auto& t : test::trianglesOf(mesh)) {
-        openvdb::Vec3d uvw;
-        const openvdb::Vec3d closest = openvdb::math::closestPointOnTriangleToPoint(
-            openvdb::Vec3d(mesh.points[t[0]]), openvdb::Vec3d(mesh.points[t[1]]), openvdb::Vec3d(mesh.points[t[2]]), p,
-            uvw);
-        best = std::min(best, (closest - p).length());
-    }
-    return best;
-}
+double distanceTo(const Mesh& mesh, const Vec3d& p) { return test::distanceTo(mesh, {p[0], p[1], p[2]}); }
 
 } // namespace
 

@@ -101,6 +101,8 @@ constexpr T max(T a, T b) {
 template <class T>
 requires std::is_arithmetic_v<T>
 constexpr T select(bool condition, T yes, T no) { return condition ? yes : no; }
+/// Whether a comparison holds for any lane.
+inline bool any(bool condition) { return condition; }
 /// The type of T < T.
 template <class T>
 using MaskOf = decltype(T() < T());

@@ -43,6 +43,12 @@ class Lanes {
         friend Mask operator!(const Mask& a) {
             return each([&](size_t k) { return hn::Not(a.part[k]); });
         }
+        /// Whether it holds for any lane.
+        friend bool any(const Mask& a) {
+            for (size_t k = 0; k < kParts; ++k)
+                if (!hn::AllFalse(Tag(), a.part[k])) return true;
+            return false;
+        }
 
         template <class F>
         static Mask each(const F& f) {

@@ -46,15 +46,14 @@ struct MeshSolid {
 /// Holes, overlapping or nested parts, unconnected triangles, duplicate and degenerate faces and inconsistent
 /// orientation are all allowed. A shell inside another is a cavity if its faces point inward, and is ignored otherwise.
 /// Values are distances to the boundary of the solid: faces inside it do not count, and holes are closed by the surface
-/// |w| = 1/2. Distances are exact within 1.5 voxels, except near faces that are cut by other faces or by the surface
-/// across a hole. There the remaining part of the face ends within 0.4 voxels, the size of a piece, of the cut. Farther
-/// out, they are too large by up to 0.03 voxels (measured).
+/// |w| = 1/2. Distances are exact within 3 voxels, except near faces that are cut by other faces or by the
+/// surface across a hole. There the remaining part of the face ends within 0.4 voxels, the size of a piece, of the cut.
+/// In wider bands around small faces, they are too large by up to 0.03 voxels farther than 1.5 voxels away (measured).
 ///
-/// Within 1.5 voxels, distances come from OpenVDB's meshToVolume; the band grows from there. If the mesh is closed,
-/// manifold and consistently oriented, the side of the closest face gives the sign (Bærentzen and Aanæs 2005). Two
-/// checks confirm that: neighbouring voxels with no face between them must have the same sign, and a part of the mesh
-/// may lie inside another only as a cavity. For other meshes, w is computed at all voxels within 1.75 voxels of the
-/// mesh.
+/// If the mesh is closed, manifold and consistently oriented, the side of the closest face gives the sign (Bærentzen
+/// and Aanæs 2005). Two checks confirm that: neighbouring voxels with no face between them must have the same sign, and
+/// a part of the mesh may lie inside another only as a cavity. For other meshes, w is computed at all voxels
+/// within 1.75 voxels of the mesh.
 ///
 /// Points at the same position are joined. Of faces with the same vertices, one is kept; none is kept if equally many
 /// run in either direction. If most faces of the mesh are such pairs, or if it has fewer boundary edges with them, they
