@@ -35,11 +35,15 @@ Camera::Camera(const Vec3d& eye, const Vec3d& target, const Vec3d& up, double fi
     mUp = cross(mRight, mForward);
 }
 
+Camera Camera::atOrigin(const CameraOptions& o) {
+    if (!(length(o.from) > 0)) throw ValueError("from=0,0,0 is not a direction");
+    return {{}, -o.from, o.up, o.fieldOfView, o.width, o.height};
+}
+
 Camera Camera::around(const Box& box, const CameraOptions& o) {
     if (!box.finite()) throw ValueError("the camera cannot see all of an infinite box; give a box, or eye and target");
-    if (!(length(o.from) > 0)) throw ValueError("from=0,0,0 is not a direction");
     const Vec3d center = box.center();
-    const Camera far(center + normalized(o.from), center, o.up, o.fieldOfView, o.width, o.height);
+    const Camera axes = atOrigin(o);
     // The nearest eye at which every corner is within the picture; each corner requires a minimum distance.
     const double halfWidth = 0.5 * (1 - 2 * o.margin) * o.width, halfHeight = 0.5 * (1 - 2 * o.margin) * o.height;
     double distance = 0;
@@ -47,17 +51,16 @@ Camera Camera::around(const Box& box, const CameraOptions& o) {
         Vec3d p;
         for (int axis = 0; axis < 3; ++axis)
             p[axis] = ((corner >> axis) & 1 ? box.upper : box.lower)[axis] - center[axis];
-        const double needed = std::max(std::abs(dot(p, far.mRight)) * far.mFocal / halfWidth,
-                                       std::abs(dot(p, far.mUp)) * far.mFocal / halfHeight);
-        distance = std::max(distance, needed - dot(p, far.mForward));
+        const double needed = std::max(std::abs(dot(p, axes.mRight)) * axes.mFocal / halfWidth,
+                                       std::abs(dot(p, axes.mUp)) * axes.mFocal / halfHeight);
+        distance = std::max(distance, needed - dot(p, axes.mForward));
     }
     if (!(distance > 0)) throw ValueError("the box that the camera should show is a point");
     return {center + normalized(o.from) * distance, center, o.up, o.fieldOfView, o.width, o.height};
 }
 
 Camera Camera::around(const std::vector<Vec3d>& points, const CameraOptions& o) {
-    if (!(length(o.from) > 0)) throw ValueError("from=0,0,0 is not a direction");
-    const Camera axes({}, -o.from, o.up, o.fieldOfView, o.width, o.height);
+    const Camera axes = atOrigin(o);
     // With the eye at (x, y, -distance) in the camera's axes, a point (px, py, pz) is within the picture if |px - x| <=
     // slope (pz + distance). So each point requires x >= px - slope pz - slope distance and x <= px + slope pz + slope
     // distance, and likewise for y.

@@ -107,8 +107,7 @@ struct StrokeKernel {
             set((bDepth - aDepth) * part, strokes.recedes);
 
             // A splat drawn larger than its projected size keeps its energy.
-            T seen(look.pixels);
-            if (look.radius > 0) seen = T(look.radius * look.focal) / get(edges.middle); // SplatBins::radius()
+            const T seen = look.radiusAt(get(edges.middle));
             const T radius = max(seen, T(look.pixels)), ratio = seen / radius;
             const T energy = get(edges.fade) * (look.lines ? ratio : ratio * ratio);
             set(radius, strokes.radius);

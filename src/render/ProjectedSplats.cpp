@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ProjectedSplats.h"
 
+#include "ProjectKernel.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/math/Dispatch.h"
 
 #include <algorithm>
 #include <array>
@@ -28,19 +30,18 @@ class SeenPositions {
     /// Adds at most kMost positions in all.
     void add(size_t first, size_t count) {
         const double *x = &mSplats.x[first], *y = &mSplats.y[first], *z = &mSplats.z[first];
-        const Camera camera = mCamera; // a copy, which the arrays do not overlap
         const size_t ahead = std::min(count + kMost, mSplats.x.size() - first);
         for (size_t k = count; k < ahead; k += 8) { // a line of the cache
             __builtin_prefetch(x + k);
             __builtin_prefetch(y + k);
             __builtin_prefetch(z + k);
         }
-        for (size_t k = 0; k < count; ++k) {
-            const auto p = camera.project({{x[k], y[k], z[k]}});
-            mX[mSize + k] = static_cast<float>(p.x);
-            mY[mSize + k] = static_cast<float>(p.y);
-            mDepth[mSize + k] = static_cast<float>(p.depth);
-        }
+        const ProjectKernel::Job job{x, y, z, count, &mX[mSize], &mY[mSize], &mDepth[mSize]};
+        constexpr size_t kMostLanes = 16;
+        if (count < kMostLanes)
+            ProjectKernel::run<double>(mCamera, job);
+        else
+            runKernel<ProjectKernel, double>(mCamera, job);
         addValues(first, count);
         std::iota(&mFrom[mSize], &mFrom[mSize] + count, first);
         mSize += count;
@@ -83,8 +84,11 @@ class SeenPositions {
             most = std::min(most, slope(kError));
             path += mLength[end + 1];
             const float change = mValue[end + 1] - mValue[first];
-            if (!(inFront(end + 1) && path <= ProjectedSplats::kShort && change >= least * path &&
-                  change <= most * path && path * path - squaredDistance(first, end + 1) <= 4 * kHeight * kHeight))
+            const float bend = path * path - squaredDistance(first, end + 1);
+            // One branch, which is cheaper than to stop at the first that does not hold.
+            if (!(static_cast<int>(inFront(end + 1)) & static_cast<int>(path <= ProjectedSplats::kShort) &
+                  static_cast<int>(change >= least * path) & static_cast<int>(change <= most * path) &
+                  static_cast<int>(bend <= 4 * kHeight * kHeight)))
                 break;
             ++end;
         }
@@ -187,7 +191,7 @@ ProjectedSplats::ProjectedSplats(const Splats& splats, const Camera& camera, con
 void ProjectedSplats::projectPoints(const Splats& splats, const Camera& camera, const Monitor& monitor) {
     const size_t count = splats.x.size(), most = std::max(kShortestRun, count / kMostRuns + 1);
     for (size_t begin = 0; begin < count; begin += most) mRuns.push_back({begin, std::min(begin + most, count)});
-    mVertices = uninitializedArray<SplatVertex>(count);
+    mVertices = uninitializedArray<SplatVertex>(count + 1);
     mStandsFor = uninitializedArray<uint8_t>(count);
     parallelFor(
         count, most,
@@ -216,7 +220,7 @@ void ProjectedSplats::projectPolylines(const Splats& splats, const Camera& camer
         }
     mRuns.resize(firstLine.size());
     firstLine.push_back(lines);
-    mVertices = uninitializedArray<SplatVertex>(all);
+    mVertices = uninitializedArray<SplatVertex>(all + 1);
     mStandsFor = uninitializedArray<uint8_t>(all);
     parallelFor(
         mRuns.size(), 1,

@@ -45,7 +45,7 @@ class ProjectedSplats {
     void projectPolylines(const Splats& splats, const Camera& camera, const Monitor& monitor);
 
     float mFocal;
-    // Only vertices in runs are set, so the others take no memory.
+    // Only vertices in runs are set, so the others take no memory. There is one more than may be set (TileKernel).
     UninitializedArray<SplatVertex> mVertices;
     UninitializedArray<uint8_t> mStandsFor;
     std::vector<Run> mRuns;

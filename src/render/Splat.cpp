@@ -48,10 +48,10 @@ SplatVertex between(const SplatVertex& a, const SplatVertex& b, float part) {
 template <class Visit>
 void forEvenParts(const SplatBins& bins, size_t k, const Visit& visit) {
     const SplatVertex &a = bins.vertex(k), &b = bins.vertex(bins.lines() ? k + 1 : k);
+    const int parts = bins.evenParts(std::min(a.depth, b.depth), std::max(a.depth, b.depth));
+    if (parts == 1) return visit(a, b);
     // From the far end, where parts are long in space, so that rounding does not matter.
     const SplatVertex &far = a.depth > b.depth ? a : b, &near = a.depth > b.depth ? b : a;
-    const int parts = bins.evenParts(near.depth, far.depth);
-    if (parts == 1) return visit(a, b);
     const float ratio = far.depth / near.depth;
     const auto at = [&](int part) {
         const float nearness = std::pow(ratio, static_cast<float>(part) / static_cast<float>(parts));

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "SplatBins.h"
 
+#include "TileKernel.h"
 #include "curlew/base/Memory.h"
 #include "curlew/base/Parallel.h"
+#include "curlew/math/Dispatch.h"
 #include "curlew/picture/Display.h"
 
 #include <fmt/format.h>
@@ -88,14 +90,10 @@ SplatBins::SplatBins(const Splats& splats, const Camera& camera, const SplatOpti
 }
 
 std::array<int, 4> SplatBins::tilesOf(size_t k) const {
-    constexpr std::array<int, 4> none{0, 0, -1, -1};
-    if (mProjected.standsFor(k) == 0 || !(fade(k) > 0)) return none;
     const SplatVertex &a = vertex(k), &b = vertex(mLook.lines ? k + 1 : k);
     const float reach = drawnRadius(std::min(a.depth, b.depth));
-    const auto width = static_cast<float>(mWidth), height = static_cast<float>(mHeight);
     const float left = std::min(a.x, b.x) - reach, right = std::max(a.x, b.x) + reach;
     const float top = std::min(a.y, b.y) - reach, bottom = std::max(a.y, b.y) + reach;
-    if (!(right >= 0 && left < width && bottom >= 0 && top < height)) return none; // also if NaN
     const auto tile = [](float pixel, int size) {
         return static_cast<int>(std::clamp(pixel, 0.0f, static_cast<float>(size - 1))) / kTile;
     };
@@ -118,6 +116,17 @@ void SplatBins::sort(const Monitor& monitor) {
             for (int column = left; column <= right; ++column)
                 visit(static_cast<size_t>(row) * static_cast<size_t>(mColumns) + static_cast<size_t>(column));
     };
+    const auto tileOf = uninitializedArray<float>(mProjected.runs().empty() ? 0 : mProjected.runs().back().end);
+    const auto findTiles = [&](const ProjectedSplats::Run& vertices) {
+        for (size_t k = vertices.begin; k < vertices.end; k += TileKernel::kMost) {
+            const TileKernel::Job job{&vertex(k), std::min(TileKernel::kMost, vertices.end - k), mWidth, mHeight,
+                                      mColumns};
+            TileKernel::Tiles tiles;
+            runKernel<TileKernel, float>(job, std::as_const(mLook), tiles);
+            for (size_t n = 0; n < job.count; ++n)
+                tileOf[k + n] = mProjected.standsFor(k + n) > 0 && fade(k + n) > 0 ? tiles[n] : TileKernel::kNone;
+        }
+    };
     struct Seen {
         size_t splats = 0;
         float near = std::numeric_limits<float>::infinity(), far = 0;
@@ -126,10 +135,13 @@ void SplatBins::sort(const Monitor& monitor) {
     std::vector<size_t> place(runs * all, 0); // splats of a run per tile; then where they go
     forRuns([&](size_t run, const ProjectedSplats::Run& vertices) {
         Seen& mine = seen[run];
+        findTiles(vertices);
         for (size_t k = vertices.begin; k < vertices.end; ++k) {
-            bool any = false;
-            forTiles(k, [&](size_t tile) { ++place[run * all + tile], any = true; });
-            if (!any) continue;
+            if (tileOf[k] == TileKernel::kNone) continue;
+            if (tileOf[k] == TileKernel::kSeveral)
+                forTiles(k, [&](size_t tile) { ++place[run * all + tile]; });
+            else
+                ++place[run * all + static_cast<size_t>(tileOf[k])];
             mine.splats += mProjected.standsFor(k);
             mine.near = std::min(mine.near, vertex(k).depth);
             mine.far = std::max(mine.far, vertex(k).depth);
@@ -153,8 +165,13 @@ void SplatBins::sort(const Monitor& monitor) {
                   "choose a smaller radius, or draw fewer");
     mSplats.resize(total);
     forRuns([&](size_t run, const ProjectedSplats::Run& vertices) {
-        for (size_t k = vertices.begin; k < vertices.end; ++k)
-            forTiles(k, [&](size_t tile) { mSplats[place[run * all + tile]++] = static_cast<uint32_t>(k); });
+        for (size_t k = vertices.begin; k < vertices.end; ++k) {
+            const auto add = [&](size_t tile) { mSplats[place[run * all + tile]++] = static_cast<uint32_t>(k); };
+            if (tileOf[k] == TileKernel::kSeveral)
+                forTiles(k, add);
+            else if (tileOf[k] != TileKernel::kNone)
+                add(static_cast<size_t>(tileOf[k]));
+        }
     });
 }
 

@@ -25,6 +25,12 @@ struct SplatLook {
     float fade = 0, near = 0, perDepth = 0; ///< Haze: how much, from which depth on, and its growth with depth.
     const Row<float>* colors = nullptr;     ///< Linear R, G, B by value, 0 … lastColor.
     uint32_t lastColor = 0;
+
+    /// Projected radius, pixels; may be below the minimum radius.
+    template <class T>
+    T radiusAt(const T& depth) const {
+        return radius > 0 ? T(radius * focal) / depth : T(pixels);
+    }
 };
 
 /// Splats projected by a camera and sorted into the tiles of the picture.
@@ -39,11 +45,8 @@ class SplatBins {
     const SplatVertex& vertex(size_t k) const { return mProjected.vertex(k); }
     /// Loads a vertex into the caches.
     void prefetch(size_t k) const { __builtin_prefetch(&mProjected.vertex(k)); }
-    // StrokeKernel computes the next ones in lanes, too.
-    /// Projected radius, pixels; may be below the minimum radius.
-    float radius(float depth) const { return mLook.radius > 0 ? mLook.radius * mLook.focal / depth : mLook.pixels; }
     /// Radius that is drawn, pixels.
-    float drawnRadius(float depth) const { return std::max(radius(depth), mLook.pixels); }
+    float drawnRadius(float depth) const { return std::max(mLook.radiusAt(depth), mLook.pixels); }
     float pixelsPerUnit(float depth) const { return mLook.focal / depth; }
     /// Returns the brightness factor of a splat at that depth due to haze.
     float haze(float depth) const {
@@ -84,8 +87,7 @@ class SplatBins {
         return value < 1 ? mSlopes[colorIndex(value)] : mSlopes.back();
     }
     void sort(const Monitor& monitor);
-    /// Returns the tiles that a splat's footprint may overlap, as left, top, right, bottom; if there are none, right <
-    /// left.
+    /// Returns the tiles that the footprint of a splat in the picture may overlap, as left, top, right, bottom.
     std::array<int, 4> tilesOf(size_t k) const;
 
     int mWidth, mHeight, mColumns, mRows;

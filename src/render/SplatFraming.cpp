@@ -31,16 +31,18 @@ Box boundsOf(const Splats& splats) {
 }
 
 /// Returns enough positions of the splats, without the outliers in the picture. Of few positions none is an outlier.
-std::vector<Vec3d> withoutStrays(const Splats& splats, const Camera& far) {
+std::vector<Vec3d> withoutStrays(const Splats& splats, const Camera& axes) {
     constexpr size_t kFew = 200; // the outermost of these are at the percentiles 0.5 and 99.5
     std::vector<Vec3d> points;
     std::vector<double> across, upwards;
+    const size_t most = std::min(splats.x.size(), kEnoughSplats);
+    points.reserve(most), across.reserve(most), upwards.reserve(most);
     forEnough(splats.x.size(), [&](size_t k) {
         const Vec3d p = positionOf(splats, k);
         if (!isFinite(p)) return;
         points.push_back(p);
-        across.push_back(dot(p, far.right()));
-        upwards.push_back(dot(p, far.up()));
+        across.push_back(dot(p, axes.right()));
+        upwards.push_back(dot(p, axes.up()));
     });
     if (points.size() < kFew) return points;
     const auto rangeOf = [](std::vector<double> values) {
@@ -50,7 +52,7 @@ std::vector<Vec3d> withoutStrays(const Splats& splats, const Camera& far) {
     };
     const Interval x = rangeOf(std::move(across)), y = rangeOf(std::move(upwards));
     std::erase_if(points,
-                  [&](const Vec3d& p) { return !x.contains(dot(p, far.right())) || !y.contains(dot(p, far.up())); });
+                  [&](const Vec3d& p) { return !x.contains(dot(p, axes.right())) || !y.contains(dot(p, axes.up())); });
     return points;
 }
 
@@ -81,11 +83,13 @@ Camera framing(const Splats& splats, const std::optional<Domain>& domain, Camera
     std::vector<Vec3d> points = domain ? placesOnWall(*domain) : std::vector<Vec3d>();
     if (splats.x.empty() && points.empty() && domain) return Camera::around(domain->box, options);
     if (!splats.x.empty()) {
-        const Box bounds = boundsOf(splats);
-        const Camera far = Camera::around(bounds.padded(std::max(1e-6 * length(bounds.size()), 1e-9)), options);
-        const std::vector<Vec3d> seen = withoutStrays(splats, far);
-        const bool onePlace = bounds.size() == Vec3d{} || seen.size() < 2;
-        if (points.empty() && onePlace) return far;
+        const std::vector<Vec3d> seen = withoutStrays(splats, Camera::atOrigin(options));
+        const bool onePlace = std::all_of(seen.begin(), seen.end(), [&](const Vec3d& p) { return p == seen.front(); });
+        if (onePlace) {
+            const Box bounds = boundsOf(splats);
+            const double margin = std::max(1e-6 * length(bounds.size()), 1e-9);
+            if (points.empty()) return Camera::around(bounds.padded(margin), options);
+        }
         points.insert(points.end(), seen.begin(), seen.end());
     }
     options.margin = kFramingMargin;

@@ -28,6 +28,8 @@ class Camera {
     /// parallel to the view direction, the angle is not above 0 and at most 170, or there is no pixel.
     Camera(const Vec3d& eye, const Vec3d& target, const Vec3d& up, double fieldOfView, int width, int height);
 
+    /// Returns a camera at the origin that looks as the options say. Also throws ValueError if `from` is zero.
+    static Camera atOrigin(const CameraOptions& options);
     /// Returns the nearest camera that sees the whole box and looks at its centre. Also throws ValueError if the box is
     /// empty or infinite, or `from` is zero.
     static Camera around(const Box& box, const CameraOptions& options);
@@ -48,18 +50,22 @@ class Camera {
     /// Returns the unit direction from the eye through a pixel position.
     Vec3d direction(double x, double y) const;
 
+    template <class T>
     struct Projected {
-        double x = 0, y = 0; ///< Pixel position.
+        T x, y; ///< Pixel position.
         /// Along forward(), world units; if it is not positive, the position is behind the eye, and x and y are
         /// meaningless.
-        double depth = 0;
-        double pixelsPerUnit = 0; ///< Size of a world unit perpendicular to the view at that depth.
+        T depth;
+        T pixelsPerUnit; ///< Size of a world unit perpendicular to the view at that depth.
     };
-    Projected project(const Vec3d& position) const {
-        const Vec3d p = position - mEye;
-        const double depth = dot(p, mForward), scale = mFocal / depth;
-        return {.x = 0.5 * mWidth + dot(p, mRight) * scale,
-                .y = 0.5 * mHeight - dot(p, mUp) * scale,
+    /// T is double or lanes of it.
+    template <class T = double>
+    Projected<T> project(const Vec3<T>& position) const {
+        const auto of = [](const Vec3d& v) { return Vec3<T>{{T(v[0]), T(v[1]), T(v[2])}}; };
+        const Vec3<T> p = position - of(mEye);
+        const T depth = dot(p, of(mForward)), scale = T(mFocal) / depth;
+        return {.x = T(0.5 * mWidth) + dot(p, of(mRight)) * scale,
+                .y = T(0.5 * mHeight) - dot(p, of(mUp)) * scale,
                 .depth = depth,
                 .pixelsPerUnit = scale};
     }
