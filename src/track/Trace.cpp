@@ -99,29 +99,36 @@ Part traceChunk(const TraceSetup& setup, const Points& seeds, size_t begin, size
     return part;
 }
 
+/// Moves an array of all parts into one, in order. Frees that of each part as soon as it is copied.
 template <class T>
-void append(std::vector<T>& to, const std::vector<T>& from) {
-    to.insert(to.end(), from.begin(), from.end());
+std::vector<T> joined(std::vector<Part>& parts, std::vector<T> Curves::*array) {
+    size_t size = 0;
+    for (const Part& part : parts) size += (part.curves.*array).size();
+    std::vector<T> all;
+    all.reserve(size);
+    for (Part& part : parts) {
+        const std::vector<T> some = std::exchange(part.curves.*array, {});
+        all.insert(all.end(), some.begin(), some.end());
+    }
+    return all;
 }
 
 /// Moves all parts into one, in order.
 Curves joined(std::vector<Part>& parts) {
-    Curves all;
     size_t vertices = 0;
     for (const Part& part : parts) vertices += part.curves.vertices();
     requireMemory(static_cast<double>(vertices) * Curves::kVertexBytes, "the curves",
                   "trace fewer or shorter curves, or larger steps");
-    for (Part& part : parts) {
-        const Curves curves = std::exchange(part.curves, {});
-        const size_t before = all.vertices();
-        for (const auto array : {&Curves::x, &Curves::y, &Curves::z, &Curves::f, &Curves::g, &Curves::along,
-                                 &Curves::length, &Curves::gap})
-            append(all.*array, curves.*array);
-        for (const auto array : {&Curves::vx, &Curves::vy, &Curves::vz}) append(all.*array, curves.*array);
-        for (const auto array : {&Curves::upstream, &Curves::downstream}) append(all.*array, curves.*array);
-        append(all.id, curves.id);
-        for (size_t k = 1; k < curves.start.size(); ++k) all.start.push_back(before + curves.start[k]);
+    Curves all;
+    size_t before = 0;
+    for (const Part& part : parts) {
+        const std::vector<size_t>& start = part.curves.start;
+        for (size_t k = 1; k < start.size(); ++k) all.start.push_back(before + start[k]);
+        before += part.curves.vertices();
     }
+    const auto join = [&](auto... arrays) { ((all.*arrays = joined(parts, arrays)), ...); };
+    join(&Curves::x, &Curves::y, &Curves::z, &Curves::f, &Curves::g, &Curves::along, &Curves::length, &Curves::gap,
+         &Curves::vx, &Curves::vy, &Curves::vz, &Curves::upstream, &Curves::downstream, &Curves::id);
     return all;
 }
 
