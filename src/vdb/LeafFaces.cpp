@@ -130,9 +130,9 @@ void LeafFaces::forTriangles(size_t leaf, const std::function<void(std::span<con
     forFaces([&](const Near& near) {
         if (near.distance < nearest.distance) nearest = near;
     });
-    constexpr double kAcross = 7 * std::numbers::sqrt3; // from the first voxel to the last
-    const double most = 1.001 * (static_cast<double>(nearest.distance) + kAcross);
-    constexpr size_t kSome = 64; // fit into the L1 cache
+    constexpr double kAcross = 7 * std::numbers::sqrt3;                            // from the first voxel to the last
+    const double most = 1.001 * (static_cast<double>(nearest.distance) + kAcross); // distances are rounded to float
+    constexpr size_t kSome = 64;                                                   // fit into the L1 cache
     std::vector<LeafTriangle> triangles;
     triangles.reserve(kSome + 1);
     const auto add = [&](size_t face) {

@@ -156,6 +156,7 @@ class GrowingBand {
                                                                                            false);
     }
 
+    /// Forgets the voxels from which the band does not grow.
     void forgetUnknown() {
         const auto known = static_cast<float>(mKnown * mVoxel);
         openvdb::tools::changeBackground(mDistance, static_cast<float>(mHalfWidth * mVoxel));
@@ -338,8 +339,9 @@ bool comparesAll(const IndexMesh& mesh, double halfWidth) {
         for (size_t face = begin; face < end; ++face) mesh.forTriangles(face, add);
         return sum;
     });
+    const Vec3d size = mesh.size();
     double box = 1;
-    for (int axis = 0; axis < 3; ++axis) box *= mesh.size()[axis] + 2 * halfWidth;
+    for (int axis = 0; axis < 3; ++axis) box *= size[axis] + 2 * halfWidth;
     return work.leaves <= std::min(2 * halfWidth * work.area, box);
 }
 

@@ -48,7 +48,7 @@ struct MeshSolid {
 /// Values are distances to the boundary of the solid: faces inside it do not count, and holes are closed by the surface
 /// |w| = 1/2. Distances are exact within 3 voxels, except near faces that are cut by other faces or by the
 /// surface across a hole. There the remaining part of the face ends within 0.4 voxels, the size of a piece, of the cut.
-/// In wider bands around small faces, they are too large by up to 0.03 voxels farther than 1.5 voxels away (measured).
+/// Farther out, around small faces, they are too large by up to 0.03 voxels (measured on four meshes).
 ///
 /// If the mesh is closed, manifold and consistently oriented, the side of the closest face gives the sign (Bærentzen
 /// and Aanæs 2005). Two checks confirm that: neighbouring voxels with no face between them must have the same sign, and
