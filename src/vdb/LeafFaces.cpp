@@ -79,7 +79,7 @@ class LeavesNear {
 } // namespace
 
 LeafFaces::LeafFaces(const IndexMesh& mesh, double reach, const Monitor& monitor) : mMesh(mesh), mReach(reach) {
-    constexpr size_t kChunk = 1024;
+    constexpr size_t kChunk = 256; // small, since what a chunk finds takes three times the memory of what it keeps
     mFaces.resize((mesh.polygonCount() + kChunk - 1) / kChunk);
     std::vector<std::vector<Run>> runs(mFaces.size());
     parallelFor(

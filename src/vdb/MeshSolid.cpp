@@ -204,8 +204,10 @@ MeshSolid solidOf(std::shared_ptr<const Mesh> mesh, const SolidOptions& options,
     const double halfWidth = options.halfWidth + options.thickness / 2 / voxel;
     const Extent extent = extentOf(*mesh, voxel);
     // Triangles, their edges, a tree over them, points in double, and the lists of those near each leaf.
-    constexpr double kBytesPerTriangle = 120;
-    requireMemory(bandBytes(extent, halfWidth) +
+    constexpr double kBytesPerTriangle = 90;
+    constexpr double kListed = 20; // bytes per voxel of a wide band, if it is compared with all faces
+    const double lists = halfWidth > 3 ? kListed * samplesInBand(extent, halfWidth) : 0;
+    requireMemory(bandBytes(extent, halfWidth) + lists +
                       kBytesPerTriangle * static_cast<double>(mesh->triangles.size() + 2 * mesh->quads.size()),
                   fmt::format("a level set of {:.2g} voxels", samplesInBand(extent, halfWidth)),
                   "choose larger voxels, a smaller dim or a smaller half width");

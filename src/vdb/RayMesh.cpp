@@ -155,7 +155,7 @@ RayMesh::RayMesh(std::vector<Vec3d> vertices, std::vector<Vec<uint32_t, 3>> tria
 namespace {
 
 std::vector<Vec3d> verticesOf(const Mesh& mesh) {
-    constexpr double kBytesPerTriangle = 135; // vertices, triangles, normals and Embree's tree
+    constexpr double kBytesPerTriangle = 120; // vertices, triangles, normals and Embree's tree
     requireMemory(kBytesPerTriangle * static_cast<double>(mesh.triangles.size() + 2 * mesh.quads.size()),
                   fmt::format("the rays' tree of {} faces", mesh.faces()), "give a mesh with fewer faces");
     std::vector<Vec3d> vertices(mesh.points.size());
