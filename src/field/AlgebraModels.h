@@ -83,7 +83,8 @@ struct Binary {
             JetBatch<T, Order> other;
             onA(batch, jets);
             onB(batch, other);
-            runKernel<ApplyKernel<Order>, T>(*this, batch.points.size, jets, std::as_const(other));
+            const int count = batch.size();
+            runKernel<ApplyKernel<Order>, T>(*this, count, jets, std::as_const(other));
         };
     }
     template <int Order, class T>
@@ -119,7 +120,8 @@ struct Unary {
         return
             [this, on = a.template onLattice<T, Order>(lattice)](const LatticeBatch& batch, JetBatch<T, Order>& jets) {
                 on(batch, jets);
-                runKernel<ApplyKernel<Order>, T>(*this, batch.points.size, jets);
+                const int count = batch.size();
+                runKernel<ApplyKernel<Order>, T>(*this, count, jets);
             };
     }
     template <int Order, class T>

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <type_traits>
 
 namespace curlew::detail {
 
@@ -47,7 +49,10 @@ struct Bounded {
 
     double wavelength() const { return noise.wavelength(); }
 
-    bool flows(double d) const { return d != 0 && (side == Side::both || (side == Side::inside) == (d < 0)); }
+    template <class Number>
+    bool flows(Number d) const {
+        return side == Side::both ? d != 0 : side == Side::inside ? d < 0 : d > 0;
+    }
 
     template <int Order, class T>
     void evalBatch(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
@@ -73,7 +78,7 @@ struct Bounded {
             distances = distance.template onLattice<T, Order>(lattice);
         return [this, distances = std::move(distances)](const LatticeBatch& batch, JetBatch<T, Order>& jets) {
             distances(batch, jets);
-            runKernel<BlendKernel<Order>, T>(*this, batch.points, jets);
+            runKernel<BlendKernel<Order>, T>(*this, batch.points(), jets);
         };
     }
 
@@ -81,31 +86,25 @@ struct Bounded {
     template <int Order, class T>
     void blendNoise(const PointBatchN<N>& points, JetBatchN<NumberOf<T>, N, Order>& jets) const {
         // The noise contributes only where alpha > 0: on the flow's side of the wall.
-        PointBatchN<N> layer;
-        std::array<int, kBatch> lane;
-        for (int i = 0; i < points.size; ++i) {
-            if (!flows(static_cast<double>(jets.c[0][static_cast<size_t>(i)]))) continue;
-            lane[static_cast<size_t>(layer.size)] = i;
-            layer.push(points[i]);
-        }
-        if (layer.size == 0) {
+        const auto [flowing, beyond] = counts(jets.c[0], points.size);
+        if (flowing == 0) {
             // Not every noise has third derivatives. Whether this throws must not depend on the position.
             if constexpr (Order >= 3)
                 if (points.size > 0) noise.template at<3>(points[0]);
             return;
         }
-        JetBatchN<NumberOf<T>, N, Order> noises;
-        noise.eval(layer, noises);
-        if (layer.size == points.size) {
-            for (int i = 0; i < points.size; i += kLanes<T>)
-                jets.set(i, blend(jets.template lanes<T>(i), noises.template lanes<T>(i)));
-        } else { // gathers the positions of the layer, and scatters the results
-            JetBatchN<NumberOf<T>, N, Order> d;
-            for (int k = 0; k < layer.size; ++k) d.set(k, jets[lane[static_cast<size_t>(k)]]);
-            for (int k = 0; k < layer.size; k += kLanes<T>)
-                d.set(k, blend(d.template lanes<T>(k), noises.template lanes<T>(k)));
-            for (int k = 0; k < layer.size; ++k) jets.set(lane[static_cast<size_t>(k)], d[k]);
+        if (flowing == points.size) return blendAll<Order, T>(points, beyond == flowing, jets);
+        PointBatchN<N> layer;
+        std::array<int, kBatch> lane;
+        for (int i = 0; i < points.size; ++i) {
+            if (!flows(jets.c[0][static_cast<size_t>(i)])) continue;
+            lane[static_cast<size_t>(layer.size)] = i;
+            layer.push(points[i]);
         }
+        JetBatchN<NumberOf<T>, N, Order> inLayer;
+        for (int k = 0; k < layer.size; ++k) inLayer.set(k, jets[lane[static_cast<size_t>(k)]]);
+        blendAll<Order, T>(layer, false, inLayer);
+        for (int k = 0; k < layer.size; ++k) jets.set(lane[static_cast<size_t>(k)], inLayer[k]);
     }
 
     /// The noise counts only where alpha > 0, so its symbols need no branch.
@@ -126,6 +125,37 @@ struct Bounded {
     double farSide(const PointLattice& lattice) const requires(N == 3);
     double farSide(const BoxN<N>& box) const;
 
+    /// Of positions: how many are on the flow's side of the wall, and how many beyond the layer on either side.
+    struct Counts {
+        int flowing, beyond;
+    };
+    template <class Number>
+    Counts counts(const std::array<Number, kBatch>& distances, int size) const {
+        using Count = std::conditional_t<sizeof(Number) == sizeof(int64_t), int64_t, int32_t>; // as wide, for SIMD
+        Count flowing = 0, beyond = 0;
+        for (size_t i = 0; i < static_cast<size_t>(size); ++i) {
+            flowing += static_cast<Count>(flows(distances[i]));
+            beyond += static_cast<Count>(std::abs(distances[i]) >= static_cast<Number>(width));
+        }
+        return {static_cast<int>(flowing), static_cast<int>(beyond)};
+    }
+
+    /// The same as blendNoise() where all points are on the flow's side of the wall; `beyond`: and beyond the layer.
+    template <int Order, class T>
+    void blendAll(const PointBatchN<N>& points, bool beyond, JetBatchN<NumberOf<T>, N, Order>& jets) const {
+        JetBatchN<NumberOf<T>, N, Order> noises;
+        noise.eval(points, noises);
+        for (int i = 0; i < points.size; i += kLanes<T>) {
+            const auto d = jets.template lanes<T>(i), n = noises.template lanes<T>(i);
+            jets.set(i, beyond ? target(signOf(d.value), n) : blend(d, n));
+        }
+    }
+
+    template <class T>
+    static T signOf(const T& d) {
+        return select(d < T(0), T(-1), T(1));
+    }
+
     /// The noise as it is blended: centred, scaled and shifted by sign · by, where `sign` is that of the distance.
     template <class J, class T>
     J shifted(const J& n, const T& sign, double by) const {
@@ -141,8 +171,7 @@ struct Bounded {
     template <class J>
     J blend(const J& d, const J& n) const {
         using T = std::remove_cvref_t<decltype(d.value)>;
-        const T sign = select(d.value < T(0), T(-1), T(1));
-        const T w(static_cast<NumberOf<T>>(width)), rate = sign / w;
+        const T sign = signOf(d.value), w(static_cast<NumberOf<T>>(width)), rate = sign / w;
         const LayerBlend<T> at(abs(d.value) / w);
         const Univariate<T> alpha{at.alpha.value, at.alpha.first * rate, at.alpha.second * rate * rate,
                                   at.alpha.third * rate * rate * rate};

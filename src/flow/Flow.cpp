@@ -111,7 +111,7 @@ std::function<void(const LatticeBatch&, VecBatchN<float, N>&)> FlowN<N>::onLatti
                 terms[t][k](batch, jets);
             };
             Jets<float> potentials;
-            evalWith(evalPotential, batch.points, potentials, velocity);
+            evalWith(evalPotential, batch.points(), potentials, velocity);
         };
     }
 }

@@ -64,20 +64,21 @@ class ActiveVoxels {
             lattice.forEachBatch([&](const LatticeBatch& batch) {
                 JetBatch<float, 1> d;
                 distances(batch, d);
-                setFactors(sampled.fade, batch.first, d.c[0]);
+                setFactors(sampled.fade, batch.first(), d.c[0]);
             });
         } else {
             lattice.forEachBatch([&](const LatticeBatch& batch) {
                 JetBatch<float, 0> d;
-                distance.eval(batch.points, d);
-                setFactors(sampled.fade, batch.first, d.c[0]);
+                distance.eval(batch.points(), d);
+                setFactors(sampled.fade, batch.first(), d.c[0]);
             });
         }
         mFades = true;
     }
     void setFactors(const WallFade& fade, size_t first, const std::array<float, kBatch>& distances) {
-        for (size_t i = 0; i < kBatch; ++i)
-            mFactors[first + i] = static_cast<float>(fade.at(static_cast<double>(distances[i])));
+        const auto factors = std::span(mFactors).subspan(first, kBatch);
+        std::copy(distances.begin(), distances.end(), factors.begin());
+        fade.replace(factors);
     }
     template <class Wanted>
     void choose(const Wanted& wanted) {
@@ -150,11 +151,11 @@ void store(const LatticeBatch& batch, const VecBatch<float>& velocities, const A
     const auto& [x, y, z] = velocities.c;
     openvdb::Vec3s* values = leaf.buffer().data();
     if (active.all() && !active.fades()) {
-        for (size_t i = 0; i < kBatch; ++i) values[batch.first + i] = {x[i], y[i], z[i]};
+        for (size_t i = 0; i < kBatch; ++i) values[batch.first() + i] = {x[i], y[i], z[i]};
         return;
     }
-    for (size_t i = 0; i < static_cast<size_t>(batch.points.size); ++i) {
-        const uint32_t number = active.number(batch.first + i);
+    for (size_t i = 0; i < static_cast<size_t>(batch.size()); ++i) {
+        const uint32_t number = active.number(batch.first() + i);
         const float factor = active.factor(number);
         values[number] = {x[i] * factor, y[i] * factor, z[i] * factor};
         leaf.setValueOn(number);
@@ -210,7 +211,7 @@ void sampleCollocated(const FlowOnVoxels& sampled, VelocityLeaf& leaf) {
             if (onLattice)
                 onLattice(batch, velocities);
             else
-                sampled.flow.velocity(batch.points, velocities);
+                sampled.flow.velocity(batch.points(), velocities);
             store(batch, velocities, active, leaf);
         });
         if (active.all()) leaf.setValuesOn();

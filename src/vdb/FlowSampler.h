@@ -90,17 +90,21 @@ class StaggeredBrick {
     void sample(VelocityLeaf& leaf) const;
 
   private:
+    static constexpr size_t kCorners = kLeafEdge + 1; ///< Of voxels along an edge of a leaf.
     // Integrals over the edges from each of the 9³ corners of a leaf to the next corner along each axis, z fastest.
-    static constexpr size_t kEdgeY = kLeafEdge + 1, kEdgeX = kEdgeY * kEdgeY;
-    using Edges = std::array<std::array<double, kEdgeX*(kLeafEdge + 1)>, 3>;
+    static constexpr size_t kEdgeY = kCorners, kEdgeX = kCorners * kCorners;
+    using Edges = std::array<std::array<double, kEdgeX * kCorners>, 3>;
+    /// Some property of the rows of corners along z, [x][y].
+    using Rows = std::array<std::array<bool, kCorners>, kCorners>;
 
-    void integrate(const openvdb::Coord& leaf, Edges& edges) const;
+    void integrate(const openvdb::Coord& leaf, Edges& edges, Rows& flowing) const;
     void addPointValues(VelocityLeaf& leaf) const;
     void activate(VelocityLeaf& leaf) const;
 
     const FlowOnVoxels& mSampled;
     openvdb::Coord mOrigin;      ///< The lowest voxel of all leaves.
     std::array<size_t, 3> mStep; ///< From a corner to the next one along each axis.
+    bool mFar = false;           ///< Whether the flow fades nowhere in the brick.
     std::vector<Term> mTerms;    ///< Those of the flow that do not vanish, followed by those of its moving wall.
 };
 

@@ -78,14 +78,14 @@ class SplineField {
             return {nullptr, levels.getValue(leaf << 3)};
         });
         OnLattice<T, Order> there;
-        if (mBeyond && !spline.beyond().empty()) {
+        if (mBeyond && spline.anyBeyond()) {
             there = mBeyond->onLattice<Order, T>(lattice);
             if (!there || !spline.anyInBand()) return there;
         }
         const auto jets = std::make_shared<LatticeJets<T, Order>>(spline);
         if (spline.anyInBand())
-            runOnLines<SplineLatticeKernel<Order>, T>(spline.axes()[2].base.size(), std::as_const(spline), mToIndex,
-                                                      *jets);
+            runOnLine<SplineLatticeKernel<Order>, T>(spline.axes()[2].base.size(), std::as_const(spline), mToIndex,
+                                                     *jets);
         if (!there) {
             jets->fillBeyond(spline);
             return [jets](const LatticeBatch& batch, JetBatch<T, Order>& to) { jets->copy(batch, to); };
@@ -97,7 +97,7 @@ class SplineField {
             JetBatch<T, Order> other;
             jets->copy(batch, to);
             there(batch, other);
-            for (int i = 0; i < batch.points.size; ++i)
+            for (int i = 0; i < batch.size(); ++i)
                 if (isBeyond[batch.number(i)] != 0) to.set(i, other[i]);
         };
     }

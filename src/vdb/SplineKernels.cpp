@@ -18,9 +18,9 @@ CURLEW_INSTANTIATE(double, 1)
 CURLEW_INSTANTIATE(double, 2)
 #undef CURLEW_INSTANTIATE
 
-#define CURLEW_INSTANTIATE(T, Order)                                                                           \
-    template void runOnLanes<CURLEW_SIMD, SplineLatticeKernel<Order>, T>(const SplineLattice&, const Matrix3&, \
-                                                                         LatticeJets<T, Order>&);
+#define CURLEW_INSTANTIATE(T, Order)                                      \
+    template void runOnLanes<CURLEW_SIMD, SplineLatticeKernel<Order>, T>( \
+        const size_t&, const size_t&, const SplineLattice&, const Matrix3&, LatticeJets<T, Order>&);
 CURLEW_INSTANTIATE(float, 1)
 CURLEW_INSTANTIATE(double, 0)
 #undef CURLEW_INSTANTIATE

@@ -9,7 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <utility>
+#include <limits>
 #include <vector>
 
 namespace curlew {
@@ -18,6 +18,18 @@ namespace curlew {
 /// positions with the same coordinate on it. Independent of OpenVDB.
 class SplineLattice {
   public:
+    /// Some of the positions along an axis, or of the coefficients.
+    struct Range {
+        size_t begin = std::numeric_limits<size_t>::max(), end = 0;
+
+        bool empty() const { return begin >= end; }
+        size_t size() const { return empty() ? 0 : end - begin; }
+        void include(const Range& other) {
+            begin = std::min(begin, other.begin);
+            end = std::max(end, other.end);
+        }
+    };
+
     /// Positions along an axis in voxels of the spline.
     struct Axis {
         std::vector<int> base; ///< The voxel below each position; ascending.
@@ -38,6 +50,13 @@ class SplineLattice {
         }
         int firstLeaf() const { return base.front() >> 3; }
         int lastLeaf() const { return base.back() >> 3; }
+        /// The leaf with this number along the axis.
+        int leaf(size_t number) const { return firstLeaf() + static_cast<int>(number); }
+        /// The number of the leaf of a position.
+        size_t leafNumber(size_t position) const {
+            const int leaves = (base[position] >> 3) - firstLeaf();
+            return static_cast<size_t>(leaves);
+        }
         /// The number of coefficients from the first to the last.
         size_t reach() const {
             const int count = base.back() - base.front() + 4;
@@ -48,11 +67,9 @@ class SplineLattice {
             const int steps = base[position] - base.front();
             return static_cast<size_t>(steps);
         }
-        /// The positions in a leaf.
-        std::pair<size_t, size_t> in(int leaf) const {
-            const auto begin = std::lower_bound(base.begin(), base.end(), leaf * kLeaf);
-            const auto end = std::lower_bound(begin, base.end(), (leaf + 1) * kLeaf);
-            return {static_cast<size_t>(begin - base.begin()), static_cast<size_t>(end - base.begin())};
+        /// The coefficients that positions need.
+        Range coefficientsOf(const Range& positions) const {
+            return {from(positions.begin), from(positions.end - 1) + 4};
         }
         /// The coefficients in the block of a leaf, relative to the first one of the axis, and where they are in it.
         struct Rows {
@@ -72,11 +89,6 @@ class SplineLattice {
         const float* block;
         float level;
     };
-    /// A leaf beyond the band.
-    struct Beyond {
-        std::array<int, 3> leaf;
-        float level;
-    };
 
     /// Whether this is cheaper than to compute so many positions one by one.
     static bool pays(const std::array<Axis, 3>& axes, size_t positions) {
@@ -89,21 +101,19 @@ class SplineLattice {
         const int row = (axes[2].lastLeaf() - axes[2].firstLeaf()) * kLeaf + kBlock;
         mStep[1] = static_cast<size_t>(row);
         mStep[0] = axes[1].reach() * mStep[1];
+        for (size_t axis = 0; axis < 3; ++axis) mLeaves[axis] = positionsByLeaf(axes[axis]);
     }
 
     const std::array<Axis, 3>& axes() const { return mAxes; }
-    const std::vector<Beyond>& beyond() const { return mBeyond; }
+    bool anyBeyond() const { return !mBeyond.empty(); }
     /// Calls use(first, count, level) with rows of positions beyond the band, by the number of their first one.
     template <class Use>
     void forRowsBeyond(const Use& use) const {
-        const auto& [x, y, z] = mAxes;
-        for (const auto& [leaf, level] : mBeyond) {
-            const auto inX = x.in(leaf[0]), inY = y.in(leaf[1]), inZ = z.in(leaf[2]);
-            for (size_t i = inX.first; i < inX.second; ++i)
-                for (size_t j = inY.first; j < inY.second; ++j)
-                    if (inZ.first < inZ.second)
-                        use((i * y.base.size() + j) * z.base.size() + inZ.first, inZ.second - inZ.first, level);
-        }
+        const size_t line = mAxes[2].base.size(), plane = mAxes[1].base.size() * line;
+        for (const auto& [x, y, z, level] : mBeyond)
+            for (size_t i = x.begin; i < x.end; ++i)
+                for (size_t j = y.begin; j < y.end; ++j)
+                    if (!z.empty()) use(i * plane + j * line + z.begin, z.size(), level);
     }
     bool anyInBand() const { return mAnyInBand; }
 
@@ -112,24 +122,43 @@ class SplineLattice {
     void collect(const LeafAt& leafAt) {
         const auto& [x, y, z] = mAxes;
         mCoefficients = uninitializedArray<float>(x.reach() * mStep[0]);
-        const size_t line = leavesOf(z), plane = leavesOf(y) * line;
-        std::vector<bool> inBand(leavesOf(x) * plane);
+        const auto& [inX, inY, inZ] = mLeaves;
+        const size_t plane = inY.size() * inZ.size();
+        std::vector<bool> inBand(inX.size() * plane);
+        std::vector<Range> ranges(plane);
+        std::vector<Part> parts;
+        parts.reserve(inBand.size());
         size_t n = 0;
-        for (int i = x.firstLeaf(); i <= x.lastLeaf(); ++i)
-            for (int j = y.firstLeaf(); j <= y.lastLeaf(); ++j)
-                for (int k = z.firstLeaf(); k <= z.lastLeaf(); ++k, ++n) {
-                    const Leaf leaf = leafAt(i, j, k);
+        for (size_t i = 0; i < inX.size(); ++i)
+            for (size_t j = 0; j < inY.size(); ++j)
+                for (size_t k = 0; k < inZ.size(); ++k, ++n) {
+                    const Leaf leaf = leafAt(x.leaf(i), y.leaf(j), z.leaf(k));
                     if (!leaf.block) {
-                        mBeyond.push_back({{i, j, k}, leaf.level});
+                        mBeyond.push_back({inX[i], inY[j], inZ[k], leaf.level});
                         continue;
                     }
-                    inBand[n] = mAnyInBand = true;
-                    const bool afterX = i > x.firstLeaf() && inBand[n - plane];
-                    const bool afterY = j > y.firstLeaf() && inBand[n - line];
-                    copyRows(leaf.block, x.rowsOf(i, afterX), y.rowsOf(j, afterY), k - z.firstLeaf());
+                    inBand[n] = true;
+                    ranges[j * inZ.size() + k].include(inX[i]);
+                    const bool afterX = i > 0 && inBand[n - plane], afterY = j > 0 && inBand[n - inZ.size()];
+                    parts.push_back(
+                        partOf(leaf.block, x.rowsOf(x.leaf(i), afterX), y.rowsOf(y.leaf(j), afterY), k * kLeaf));
                 }
+        for (size_t part = 0; part < parts.size(); ++part) {
+            if (part + 1 < parts.size()) prefetch(parts[part + 1]);
+            copy(parts[part]);
+        }
+        mAnyInBand = !parts.empty();
+        noteNeeds(ranges);
     }
 
+    /// The positions along x from the first to the last in the band, for one along y and some along z.
+    Range positionsInBand(size_t y, size_t z, size_t count) const {
+        return united(mPositions.data() + y, mAxes[1].base.size(), z, count);
+    }
+    /// The coefficients along x that these need, for one along y.
+    Range coefficientsInBand(size_t y, size_t z, size_t count) const {
+        return united(mNeeded.data() + y, mAxes[1].reach(), z, count);
+    }
     const float* coefficients() const { return mCoefficients.get(); }
     /// Coefficients from one row along z to the next one along x, and along y.
     const std::array<size_t, 2>& step() const { return mStep; }
@@ -143,26 +172,78 @@ class SplineLattice {
     static constexpr int kLeaf = SplineContraction::kLeaf, kBlock = SplineContraction::kBlock;
     static constexpr size_t kShortest = 8; ///< Positions on a line along z: the fewest lanes of an instruction set.
 
-    static size_t leavesOf(const Axis& axis) {
-        const int count = axis.lastLeaf() - axis.firstLeaf() + 1;
-        return static_cast<size_t>(count);
+    /// Rows of coefficients that are copied: `rows` along y in each of some planes.
+    struct Part {
+        const float* from;
+        float* to;
+        size_t planes, rows;
+    };
+    static constexpr size_t kRow{kBlock}, kPlane = kRow * kRow; ///< Coefficients in a row and a plane of a block.
+
+    /// Positions in a leaf beyond the band.
+    struct Beyond {
+        Range x, y, z;
+        float level;
+    };
+
+    static std::vector<Range> positionsByLeaf(const Axis& axis) {
+        std::vector<Range> leaves(axis.leafNumber(axis.base.size() - 1) + 1);
+        for (size_t n = 0; n < axis.base.size(); ++n) leaves[axis.leafNumber(n)].include({n, n + 1});
+        return leaves;
     }
 
-    /// Copies rows of the block of a leaf, `leaf` leaves from the first one along z. Copies whole rows, so that the
-    /// compiler knows their length.
-    void copyRows(const float* block, const Axis::Rows& x, const Axis::Rows& y, int leaf) {
-        constexpr size_t kX = size_t{kBlock} * kBlock, kY{kBlock};
-        const float* from = block + x.local * kX + y.local * kY;
-        float* to = &mCoefficients[x.first * mStep[0] + y.first * mStep[1] + static_cast<size_t>(leaf) * kLeaf];
-        for (size_t i = 0; i < x.count; ++i, from += kX, to += mStep[0])
-            for (size_t j = 0; j < y.count; ++j)
+    /// Determines what the positions in the band need. `inBand`: the positions along x from the first to the last in
+    /// the band, for each line of leaves [y][z].
+    void noteNeeds(const std::vector<Range>& inBand) {
+        const auto& [x, y, z] = mAxes;
+        const size_t count = y.base.size(), reach = y.reach(), leaves = mLeaves[2].size();
+        mPositions.resize(leaves * count);
+        mNeeded.resize(leaves * reach);
+        for (size_t j = 0; j < count; ++j)
+            for (size_t k = 0; k < leaves; ++k) {
+                const Range& positions = mPositions[k * count + j] = inBand[y.leafNumber(j) * leaves + k];
+                if (positions.empty()) continue;
+                const Range coefficients = x.coefficientsOf(positions);
+                for (size_t n = 0; n < 4; ++n) mNeeded[k * reach + y.from(j) + n].include(coefficients);
+            }
+    }
+
+    /// Unites the ranges of the leaves of positions along z. `step`: between the ranges of two leaves.
+    Range united(const Range* ranges, size_t step, size_t z, size_t count) const {
+        Range all;
+        for (size_t k = mAxes[2].leafNumber(z); k <= mAxes[2].leafNumber(z + count - 1); ++k)
+            all.include(ranges[k * step]);
+        return all;
+    }
+
+    /// Returns rows of the block of a leaf, which go to this place along z.
+    Part partOf(const float* block, const Axis::Rows& x, const Axis::Rows& y, size_t place) {
+        return {block + x.local * kPlane + y.local * kRow,
+                &mCoefficients[x.first * mStep[0] + y.first * mStep[1] + place], x.count, y.count};
+    }
+    /// Fetches the rows into the caches while others are copied.
+    static void prefetch(const Part& part) {
+        constexpr size_t kCacheLine = 16; // coefficients
+        for (size_t i = 0; i < part.planes; ++i)
+            for (size_t n = 0; n < part.rows * kRow; n += kCacheLine) __builtin_prefetch(part.from + i * kPlane + n);
+    }
+    /// Copies whole rows, so that the compiler knows their length.
+    void copy(const Part& part) const {
+        for (size_t i = 0; i < part.planes; ++i)
+            for (size_t j = 0; j < part.rows; ++j)
                 // Unlike std::copy_n, this becomes a few instructions.
-                std::memcpy(to + j * mStep[1], from + j * kY, kBlock * sizeof(float));
+                std::memcpy(part.to + i * mStep[0] + j * mStep[1], part.from + i * kPlane + j * kRow,
+                            kRow * sizeof(float));
     }
 
     const std::array<Axis, 3>& mAxes;
     std::array<size_t, 2> mStep;
-    UninitializedArray<float> mCoefficients; ///< [x][y][z]; arbitrary where no position in the band needs them.
+    UninitializedArray<float> mCoefficients;   ///< [x][y][z]; arbitrary where no position in the band needs them.
+    std::array<std::vector<Range>, 3> mLeaves; ///< For each leaf along an axis, the positions in it.
+    /// Along x, from the first to the last in the band: [leaf along z][position along y].
+    std::vector<Range> mPositions;
+    /// The coefficients along x that these need: [leaf along z][coefficient along y].
+    std::vector<Range> mNeeded;
     bool mAnyInBand = false;
     std::vector<Beyond> mBeyond;
 };
@@ -201,10 +282,8 @@ class LatticeJets {
         for (size_t k = 0; k < kSize; ++k) {
             const T* from = component(k);
             T* to = jets.c[k].data();
-            if (batch.chosen.empty())
-                std::copy_n(from + batch.first, batch.points.size, to);
-            else
-                for (const uint32_t number : batch.chosen) *to++ = from[number];
+            batch.forEachRun(
+                [&](size_t first, size_t number, size_t length) { std::copy_n(from + number, length, to + first); });
         }
     }
 
@@ -225,8 +304,8 @@ class LatticeJets {
 };
 
 /// Computes jets of the spline, which is given in the coordinates A x + b, on a lattice: sums along z, then y, then x.
-/// The operations on each position are those of contractedSpline(), so the bits are the same. Lanes are positions on a
-/// line along z, of which there must be as many at least.
+/// The operations on each position are those of contractedSpline(), so the bits are the same. Lanes are positions
+/// on a line along z (runOnLine).
 template <int Order>
 struct SplineLatticeKernel {
     static_assert(Order <= 1);
@@ -234,16 +313,18 @@ struct SplineLatticeKernel {
     using Line = std::array<T, size_t{Order + 1}>; ///< The value, and d/dz.
     template <class T>
     using Plane = std::array<T, Order == 0 ? 1 : 3>; ///< The value, d/dy and d/dz.
+    using Range = SplineLattice::Range;
 
     template <class T>
-    static void run(const SplineLattice& lattice, const Matrix3& A, LatticeJets<NumberOf<T>, Order>& jets) {
+    static void run(size_t from, size_t end, const SplineLattice& lattice, const Matrix3& A,
+                    LatticeJets<NumberOf<T>, Order>& jets) {
         constexpr size_t kCount{kLanes<T>};
         const auto& [x, y, z] = lattice.axes();
         std::vector<Line<T>> lines(4 * x.reach()); // of the last four coefficients along y: [y & 3][x]
         std::vector<Plane<T>> planes(x.reach());
         const size_t line = z.base.size();
-        for (size_t next = 0; next < line; next += kCount) {
-            const size_t begin = std::min(next, line - kCount); // the last lanes may overlap those before
+        for (size_t next = from; next < end; next += kCount) {
+            const size_t begin = std::min(next, end - kCount); // the last lanes may overlap those before
             std::array<const float*, kCount> first;
             alignas(64) std::array<double, kCount> fraction;
             for (size_t k = 0; k < kCount; ++k) {
@@ -255,18 +336,23 @@ struct SplineLatticeKernel {
                 w[d] = cubicBSplineWeights(convertTo<T>(load<Rebind<T, double>>(fraction.data())), static_cast<int>(d));
             size_t done = 0; // coefficients along y whose lines are computed
             for (size_t j = 0; j < jets.y().size(); ++j) {
-                const size_t from = y.from(j);
-                for (done = std::max(done, from); done < from + 4; ++done)
-                    for (size_t i = 0; i < x.reach(); ++i)
+                const Range positions = lattice.positionsInBand(j, begin, kCount);
+                if (positions.empty()) continue;
+                const size_t row = y.from(j);
+                for (done = std::max(done, row); done < row + 4; ++done) {
+                    const Range needed = lattice.coefficientsInBand(done, begin, kCount);
+                    for (size_t i = needed.begin; i < needed.end; ++i)
                         lines[(done & 3) * x.reach() + i] =
                             lineOf(fourFrom<T>(first.data(), i * lattice.step()[0] + done * lattice.step()[1]), w);
-                for (size_t i = 0; i < x.reach(); ++i) {
+                }
+                const Range needed = x.coefficientsOf(positions);
+                for (size_t i = needed.begin; i < needed.end; ++i) {
                     Plane<T> plane{};
                     for (size_t n = 0; n < 4; ++n)
-                        addLine(lines[((from + n) & 3) * x.reach() + i], jets.y()[j], n, plane);
+                        addLine(lines[((row + n) & 3) * x.reach() + i], jets.y()[j], n, plane);
                     planes[i] = plane;
                 }
-                for (size_t i = 0; i < jets.x().size(); ++i) {
+                for (size_t i = positions.begin; i < positions.end; ++i) {
                     const auto jet = pullBack(sumOf(&planes[x.from(i)], jets.x()[i]), A);
                     const size_t to = (i * jets.y().size() + j) * line + begin;
                     for (int k = 0; k < jet.kSize; ++k)

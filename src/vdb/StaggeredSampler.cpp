@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "FlowSampler.h"
-#include "curlew/field/Algebra.h"
-#include "curlew/flow/Domain.h"
 #include "curlew/vdb/Openvdb.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <numeric>
 #include <utility>
 
 namespace curlew {
@@ -39,20 +39,35 @@ struct Corners {
     }
 };
 
-/// Returns the values of a field on a lattice, by the numbers of its combinations; 0 at others.
-std::vector<double> valuesOn(const PointLattice& lattice, const ScalarField& field) {
-    const auto on = field.onLattice<double, 0>(lattice);
-    std::vector<double> values(lattice.combinations());
+/// Values of a field on a lattice, by the numbers of its combinations; 0 at others.
+using Values = std::vector<double>;
+
+/// Returns the values of some fields on a lattice.
+template <size_t Count>
+std::array<Values, Count> valuesOn(const PointLattice& lattice, const std::array<ScalarField, Count>& fields) {
+    std::array<OnLattice<double, 0>, Count> on;
+    std::array<Values, Count> values;
+    for (size_t k = 0; k < Count; ++k) {
+        const ScalarField& field = fields[k];
+        on[k] = field.onLattice<double, 0>(lattice);
+        values[k].resize(lattice.combinations());
+    }
     lattice.forEachBatch([&](const LatticeBatch& batch) {
-        JetBatch<double, 0> jets;
-        on(batch, jets);
-        const double* from = jets.c[0].data();
-        if (batch.chosen.empty())
-            std::copy_n(from, batch.points.size, &values[batch.first]);
-        else
-            for (const uint32_t number : batch.chosen) values[number] = *from++;
+        for (size_t k = 0; k < Count; ++k) {
+            JetBatch<double, 0> jets;
+            on[k](batch, jets);
+            const double* from = jets.c[0].data();
+            double* to = values[k].data();
+            batch.forEachRun(
+                [&](size_t first, size_t number, size_t length) { std::copy_n(from + first, length, to + number); });
+        }
     });
     return values;
+}
+
+StaggeredBrick::Term termOn(const PointLattice& lattice, const Flow::Potentials& potentials) {
+    auto [f, g] = valuesOn(lattice, potentials);
+    return {std::move(f), std::move(g)};
 }
 
 /// Whether each corner has some property.
@@ -60,13 +75,28 @@ using Flags = std::vector<uint8_t>;
 
 /// Returns the numbers of the corners whose flag is set.
 Numbers numbersOf(const Flags& flags) {
-    Numbers numbers(flags.size());
-    size_t count = 0;
-    for (uint32_t n = 0; n < flags.size(); ++n) {
-        numbers[count] = n;
-        count += flags[n];
+    constexpr size_t kAtOnce = 8; // mostly, all of these are set or none is
+    constexpr uint64_t kAllSet = 0x0101010101010101;
+    Numbers numbers(flags.size() + 1); // and a place for the number of a corner that does not count
+    uint32_t* next = numbers.data();
+    const auto one = [&](size_t n) {
+        *next = static_cast<uint32_t>(n);
+        next += flags[n];
+    };
+    size_t n = 0;
+    for (; n + kAtOnce <= flags.size(); n += kAtOnce) {
+        uint64_t word;
+        std::memcpy(&word, &flags[n], kAtOnce);
+        if (word == 0) continue;
+        if (word == kAllSet) {
+            std::iota(next, next + kAtOnce, static_cast<uint32_t>(n));
+            next += kAtOnce;
+        } else {
+            for (size_t k = n; k < n + kAtOnce; ++k) one(k);
+        }
     }
-    numbers.resize(count);
+    for (; n < flags.size(); ++n) one(n);
+    numbers.resize(static_cast<size_t>(next - numbers.data()));
     return numbers;
 }
 
@@ -100,12 +130,12 @@ Flags widened(const Flags& flags, const Corners& corners) {
 
 /// Replaces distances from the wall by the factors of the flow there, and returns where they are not zero.
 Flags fadeBy(const WallFade& fade, std::vector<double>& values) {
+    fade.replace(std::span(values));
     const size_t count = values.size();
     Flags flows(count);
-    for (size_t n = 0; n < count; ++n) {
-        values[n] = fade.at(values[n]);
-        flows[n] = values[n] > 0 ? 1 : 0;
-    }
+    const double* factors = values.data();
+    uint8_t* __restrict flags = flows.data();
+    for (size_t n = 0; n < count; ++n) flags[n] = factors[n] > 0 ? 1 : 0;
     return flows;
 }
 
@@ -120,109 +150,25 @@ void keepOnly(const Flags& these, Flags& flags) {
 /// and g matters only where f does not vanish and one edge from there.
 std::vector<StaggeredBrick::Term> fadingTerms(const FlowOnVoxels& sampled, const Corners& corners, const Flags& needed,
                                               const PointLattice& lattice) {
-    std::vector<double> fade = valuesOn(lattice, sampled.flow.domain().wall->sdf.distance);
+    auto [fade] = valuesOn(lattice, std::array{sampled.flow.domain().wall->sdf.distance});
     Flags flows = fadeBy(sampled.fade, fade);
     keepOnly(needed, flows);
-    const Numbers ofF = numbersOf(flows);
-    if (ofF.empty()) return {};
     Flags near = widened(flows, corners);
     keepOnly(needed, near);
-    const Numbers ofG = numbersOf(near);
+    const Numbers numbers = numbersOf(near);
     std::vector<StaggeredBrick::Term> terms;
-    for (const auto& [f, g] : sampled.flow.terms()) {
-        terms.push_back(
-            {valuesOn(corners.lattice(ofF, *lattice.memo), f), valuesOn(corners.lattice(ofG, *lattice.memo), g)});
-        for (size_t n = 0; n < fade.size(); ++n) terms.back().f[n] *= fade[n];
-    }
-    return terms;
-}
-
-/// A potential of a term where the flow fades: its mean, and what the slope of its fade adds to the velocity, as sums
-/// over positions, weighted with the squared gradient of the other potential.
-class FadingPotential {
-  public:
-    void add(double value, double weight) {
-        if (mWeights == 0) mFirst = value;
-        mWeights += weight;
-        mSum += weight * (value - mFirst);
-        mSquares += weight * (value - mFirst) * (value - mFirst);
-    }
-    double mean() const { return mWeights > 0 ? mFirst + mSum / mWeights : mFirst; }
-    /// Sum of squares, up to a common factor, of what the potential adds if the mean is subtracted from it.
-    double added() const { return mWeights > 0 ? std::max(0.0, mSquares - mSum * mSum / mWeights) : 0; }
-
-  private:
-    double mFirst = 0; ///< All values are taken relative to the first.
-    double mWeights = 0, mSum = 0, mSquares = 0;
-};
-using FadingTerm = std::array<FadingPotential, 2>;
-
-/// A position in the middle of the fade.
-struct InFade {
-    Vec3d position;
-    double weight;
-};
-
-/// Returns positions all around the wall, one for each cell of a lattice that is near the middle of the fade. A cell
-/// that comes near it as the wall moves gains its weight smoothly.
-std::vector<InFade> positionsInFade(const FlowOnVoxels& sampled) {
-    constexpr double kCells = 16; // along the longest edge of the wall's box
-    constexpr size_t kMost = 1 << 16;
-    const Wall& wall = *sampled.flow.domain().wall;
-    const double level = sampled.fade.middle();
-    const Domain around{
-        .box = (wall.sdf.bounds.finite() ? wall.sdf.bounds : sampled.flow.domain().box).padded(std::abs(level)),
-        .wall = wall};
-    const Vec3d edges = around.box.size();
-    const double size = std::max({edges[0], edges[1], edges[2]}) / kCells;
-    std::vector<InFade> positions;
-    for (const auto& cell : coveringCells(around, around.box.lower, size, {level - size, level + size}, kMost)) {
-        Vec3d p;
-        for (int axis = 0; axis < 3; ++axis) p[axis] = around.box.lower[axis] + size * (cell[axis] + 0.5);
-        const double weight = 1 - std::abs(wall.sdf.distance.at<0>(p).value - level) / size;
-        if (!(weight > 0)) continue;
-        constexpr int kSteps = 3; // of Newton's method
-        for (int step = 0; step < kSteps; ++step) {
-            const auto d = wall.sdf.distance.at<1>(p);
-            p = p - d.gradient * ((d.value - level) / std::max(dot(d.gradient, d.gradient), 0.1));
-        }
-        positions.push_back({p, weight});
-    }
-    return positions;
-}
-
-std::vector<FadingTerm> fadingTermsOf(const FlowOnVoxels& sampled) {
-    std::vector<FadingTerm> terms(sampled.flow.terms().size());
-    for (const auto& [p, weight] : positionsInFade(sampled)) {
-        const double factor = sampled.fade.at(sampled.flow.domain().wall->sdf.distance.at<0>(p).value);
-        if (!(factor > 0 && factor < 1)) continue;
-        for (size_t term = 0; term < terms.size(); ++term) {
-            const auto f = sampled.flow.terms()[term][0].at<1>(p), g = sampled.flow.terms()[term][1].at<1>(p);
-            terms[term][0].add(f.value, weight * dot(g.gradient, g.gradient));
-            terms[term][1].add(g.value, weight * dot(f.gradient, f.gradient));
-        }
+    if (numbers.empty()) return terms;
+    for (const auto& potentials : sampled.flow.terms()) {
+        terms.push_back(termOn(corners.lattice(numbers, *lattice.memo), potentials));
+        const double* factors = fade.data();
+        double* __restrict f = terms.back().f.data();
+        // A product would not be 0 where f is not finite.
+        for (size_t n = 0; n < fade.size(); ++n) f[n] = factors[n] > 0 ? factors[n] * f[n] : 0;
     }
     return terms;
 }
 
 } // namespace
-
-Flow potentialsToFade(const FlowOnVoxels& sampled) {
-    if (!sampled.fade.oneSided()) return sampled.flow;
-    const std::vector<FadingTerm> fading = fadingTermsOf(sampled);
-    std::vector<Flow::Potentials> terms;
-    for (size_t term = 0; term < fading.size(); ++term) {
-        const auto& [f, g] = sampled.flow.terms()[term];
-        const auto& [ofF, ofG] = fading[term];
-        const double ofBoth = ofF.added() + ofG.added();
-        // From 0 to 1 where the squares are between half and twice of each other.
-        const double share = ofBoth > 0 ? quinticFade(3 * ofG.added() / ofBoth - 1).value : 1;
-        const auto part = [](double weight, const ScalarField& field) { return weight == 1 ? field : weight * field; };
-        if (share > 0) terms.push_back({part(share, f - constantField<3>(ofF.mean())), g});
-        if (share < 1) terms.push_back({part(1 - share, constantField<3>(ofG.mean()) - g), f});
-    }
-    return Flow(std::move(terms), sampled.flow.domain());
-}
 
 StaggeredBrick::StaggeredBrick(const FlowOnVoxels& sampled, std::span<const Coord> leaves) : mSampled(sampled) {
     openvdb::CoordBBox box;
@@ -239,17 +185,24 @@ StaggeredBrick::StaggeredBrick(const FlowOnVoxels& sampled, std::span<const Coor
     }
     const PointLattice all = corners.lattice(numbers, memo);
     const int edge = box.dim()[box.maxExtent()];
-    if (sampled.isFar(mOrigin, edge))
-        for (const auto& [f, g] : sampled.flow.terms()) mTerms.push_back({valuesOn(all, f), valuesOn(all, g)});
+    mFar = sampled.isFar(mOrigin, edge);
+    if (mFar)
+        for (const auto& potentials : sampled.flow.terms()) mTerms.push_back(termOn(all, potentials));
     else
         mTerms = fadingTerms(sampled, corners, needed, all);
     if (!sampled.moving || sampled.rests(mOrigin, edge)) return;
-    for (const auto& [f, g] : sampled.moving->terms()) mTerms.push_back({valuesOn(all, f), valuesOn(all, g)});
+    for (const auto& potentials : sampled.moving->terms()) mTerms.push_back(termOn(all, potentials));
 }
 
 namespace {
 
 // Rows along z. Not inline: GCC would unroll the loops for a known count, and then not vectorise them.
+
+[[gnu::noinline]] bool anyNonzero(const double* values, size_t count) {
+    int64_t nonzero = 0;
+    for (size_t k = 0; k < count; ++k) nonzero += static_cast<int64_t>(values[k] != 0);
+    return nonzero != 0;
+}
 
 /// Integrates f dg from each of `count` corners to the one that is `step` further, and adds that to the sums.
 [[gnu::noinline]] void addIntegrals(const double* f, const double* g, size_t step, size_t count,
@@ -265,22 +218,40 @@ namespace {
         velocities[k] = static_cast<float>((a[k] + nextB[k] - nextA[k] - b[k]) * perArea);
 }
 
+/// Returns which voxels of a row have a velocity other than zero: a bit for each.
+unsigned flowingIn(const openvdb::Vec3s* row) {
+    constexpr int kNumbers = 3 * kLeafEdge;
+    const float* numbers = row->asPointer();
+    int count = 0; // all or none, in most rows
+    for (int k = 0; k < kNumbers; ++k) count += static_cast<int>(numbers[k] != 0);
+    if (count == 0) return 0;
+    if (count == kNumbers) return 0xff;
+    unsigned bits = 0;
+    for (unsigned k = 0; k < kLeafEdge; ++k) bits |= static_cast<unsigned>(row[k] != openvdb::Vec3s(0)) << k;
+    return bits;
+}
+
 } // namespace
 
 void StaggeredBrick::sample(VelocityLeaf& leaf) const {
     Edges edges;
-    integrate(leaf.origin(), edges);
+    Rows flowing;
+    integrate(leaf.origin(), edges, flowing);
     const auto& [x, y, z] = edges;
     const double perArea = 1 / (mSampled.voxels.size * mSampled.voxels.size);
     openvdb::Vec3s* values = leaf.buffer().data();
     for (size_t i = 0; i < kLeafEdge; ++i)
-        for (size_t j = 0; j < kLeafEdge; ++j) {
+        for (size_t j = 0; j < kLeafEdge; ++j, values += kLeafEdge) {
+            if (!(flowing[i][j] || flowing[i + 1][j] || flowing[i][j + 1] || flowing[i + 1][j + 1])) {
+                std::fill_n(values, kLeafEdge, openvdb::Vec3s(0));
+                continue;
+            }
             std::array<std::array<float, kLeafEdge>, 3> v;
             const size_t n = i * kEdgeX + j * kEdgeY;
             faceVelocities(&y[n], &z[n], &y[n + 1], &z[n + kEdgeY], perArea, kLeafEdge, v[0].data());
             faceVelocities(&z[n], &x[n], &z[n + kEdgeX], &x[n + 1], perArea, kLeafEdge, v[1].data());
             faceVelocities(&x[n], &y[n], &x[n + kEdgeY], &y[n + kEdgeX], perArea, kLeafEdge, v[2].data());
-            for (size_t k = 0; k < kLeafEdge; ++k) *values++ = {v[0][k], v[1][k], v[2][k]};
+            for (size_t k = 0; k < kLeafEdge; ++k) values[k] = {v[0][k], v[1][k], v[2][k]};
         }
     if (mSampled.moving && !mSampled.moving->rigid()) addPointValues(leaf);
     activate(leaf);
@@ -306,25 +277,34 @@ void StaggeredBrick::addPointValues(VelocityLeaf& leaf) const {
 }
 
 /// Integrates f dg over every edge in the direction of its axis, so that all faces that share the edge use the same
-/// bits.
-void StaggeredBrick::integrate(const Coord& leaf, Edges& edges) const {
-    constexpr size_t kCorners = kLeafEdge + 1; // along an edge of the leaf
+/// bits. Determines in which rows of corners the f of any term is not zero.
+void StaggeredBrick::integrate(const Coord& leaf, Edges& edges, Rows& flowing) const {
+    const auto step = mStep;
     const Coord lowest = leaf - mOrigin;
     size_t first = 0;
-    for (size_t axis = 0; axis < 3; ++axis) first += static_cast<size_t>(lowest[static_cast<int>(axis)]) * mStep[axis];
+    for (size_t axis = 0; axis < 3; ++axis) first += static_cast<size_t>(lowest[static_cast<int>(axis)]) * step[axis];
     for (auto& sums : edges) sums.fill(0);
-    for (const Term& t : mTerms)
+    flowing = {};
+    for (const Term& t : mTerms) {
+        const double *f = &t.f[first], *g = &t.g[first];
+        Rows own;
+        for (size_t i = 0; i < kCorners; ++i)
+            for (size_t j = 0; j < kCorners; ++j) {
+                own[i][j] = mFar || anyNonzero(f + i * step[0] + j * step[1], kCorners);
+                flowing[i][j] |= own[i][j];
+            }
         for (size_t axis = 0; axis < 3; ++axis) {
             // No edge begins at the last corner along the axis.
-            const size_t endI = kCorners - (axis == 0), endJ = kCorners - (axis == 1), step = mStep[axis];
-            for (size_t i = 0; i < endI; ++i)
-                for (size_t j = 0; j < endJ; ++j) {
-                    const size_t from = first + i * mStep[0] + j * mStep[1];
-                    const double *f = &t.f[from], *g = &t.g[from];
+            const size_t alongX = axis == 0, alongY = axis == 1, alongZ = axis == 2;
+            for (size_t i = 0; i < kCorners - alongX; ++i)
+                for (size_t j = 0; j < kCorners - alongY; ++j) {
+                    if (!own[i][j] && !own[i + alongX][j + alongY]) continue;
+                    const size_t from = i * step[0] + j * step[1];
                     double* sums = &edges[axis][i * kEdgeX + j * kEdgeY];
-                    addIntegrals(f, g, step, kCorners - (axis == 2), sums);
+                    addIntegrals(f + from, g + from, step[axis], kCorners - alongZ, sums);
                 }
         }
+    }
 }
 
 /// Activates the voxels in the box; if there is a wall, only those with a velocity. A flow inside a wall ends at the
@@ -334,13 +314,15 @@ void StaggeredBrick::activate(VelocityLeaf& leaf) const {
     const bool contained = domain.wall && domain.wall->side == Side::inside;
     const bool whole = contained || mSampled.inBox(leaf.origin());
     if (whole && !domain.wall) return leaf.setValuesOn();
-    for (openvdb::Index n = 0; n < VelocityLeaf::SIZE; ++n) {
-        openvdb::Vec3s& v = leaf.buffer().data()[n];
-        const bool flows = !domain.wall || v != openvdb::Vec3s(0);
-        if (flows && (whole || domain.box.contains(mSampled.centre(leaf.offsetToGlobalCoord(n)))))
-            leaf.setValueOn(n);
-        else
-            v = openvdb::Vec3s(0);
+    for (openvdb::Index row = 0; row < VelocityLeaf::SIZE / kLeafEdge; ++row) {
+        openvdb::Vec3s* values = leaf.buffer().data() + row * kLeafEdge;
+        unsigned active = domain.wall ? flowingIn(values) : 0xff;
+        for (unsigned k = 0; k < kLeafEdge && !whole; ++k)
+            if (!domain.box.contains(mSampled.centre(leaf.offsetToGlobalCoord(row * kLeafEdge + k))))
+                active &= ~(1U << k);
+        for (unsigned k = 0; k < kLeafEdge && active != 0xff; ++k)
+            if ((active >> k & 1U) == 0) values[k] = openvdb::Vec3s(0);
+        leaf.getValueMask().getWord<openvdb::Byte>(row) = static_cast<openvdb::Byte>(active);
     }
 }
 

@@ -47,11 +47,16 @@ DistanceRange activeRange(const WallFade& fade, const std::optional<WallVelocity
 std::vector<Coord> leafOrigins(const Domain& domain, double voxel, const WallFade& fade,
                                const std::optional<WallVelocity>& moving) {
     const double bytes = sizeof(VelocityLeaf) + VelocityLeaf::SIZE * sizeof(openvdb::Vec3s) + 64;
-    const auto fitting = static_cast<size_t>(static_cast<double>(availableMemory()) / (bytes + 3 * sizeof(Coord)));
+    const auto available = static_cast<double>(availableMemory());
+    const auto fitting = static_cast<size_t>(available / (bytes + 3 * sizeof(Coord)));
     const Vec3d origin{{-0.5 * voxel, -0.5 * voxel, -0.5 * voxel}};
-    const double voxels = volumeOf(domain) / (voxel * voxel * voxel);
-    requireMemory(voxels * sizeof(openvdb::Vec3s), fmt::format("a velocity grid of {:.3g} voxels", voxels),
-                  "choose larger voxels");
+    const double volume = voxel * voxel * voxel, bytesPerVolume = sizeof(openvdb::Vec3s) / volume;
+    const Vec3d edges = domain.box.size();
+    if (edges[0] * edges[1] * edges[2] * bytesPerVolume > available) {
+        const double inDomain = volumeOf(domain);
+        requireMemory(inDomain * bytesPerVolume, fmt::format("a velocity grid of {:.3g} voxels", inDomain / volume),
+                      "choose larger voxels");
+    }
     std::vector<Coord> origins;
     // The faces of a voxel reach its corners, half a diagonal from its centre.
     Domain searched = domain;

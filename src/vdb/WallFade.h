@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 
 namespace curlew {
 
@@ -26,11 +27,24 @@ class WallFade {
     }
     bool oneSided() const { return mOneSided; }
     /// Returns the factor, from 1 to 0, at a distance from a one-sided wall.
-    double at(double distance) const {
-        const double beyond = mSide == Side::inside ? distance : -distance;
-        if (beyond <= mBegin) return 1; // most of a grid
-        if (beyond >= mEnd) return 0;
-        return 1 - quinticFade((beyond - mBegin) / (mEnd - mBegin)).value;
+    double at(double distance) const { return 1 - quinticFade((beyond(distance) - mBegin) / (mEnd - mBegin)).value; }
+    /// Replaces distances by the factors there.
+    template <class T>
+    void replace(std::span<T> distances) const {
+        constexpr size_t kAtOnce = 16; // mostly, all factors are 1 or all are 0
+        const WallFade fade = *this;   // a copy, which the compiler knows that the results do not change
+        for (size_t from = 0; from < distances.size(); from += kAtOnce) {
+            const auto some = distances.subspan(from, std::min(kAtOnce, distances.size() - from));
+            size_t ones = 0, zeros = 0; // as wide as the numbers that are compared, for SIMD
+            for (const T d : some) {
+                ones += static_cast<size_t>(fade.beyond(static_cast<double>(d)) <= fade.mBegin);
+                zeros += static_cast<size_t>(fade.beyond(static_cast<double>(d)) >= fade.mEnd);
+            }
+            if (ones == some.size() || zeros == some.size())
+                std::fill(some.begin(), some.end(), T(ones > 0));
+            else
+                for (T& d : some) d = static_cast<T>(fade.at(static_cast<double>(d)));
+        }
     }
     /// The distance from the wall at which the factor is about 1/2.
     double middle() const { return (mSide == Side::inside ? 0.5 : -0.5) * (mBegin + mEnd); }
@@ -49,6 +63,8 @@ class WallFade {
   private:
     static constexpr double kInterpolation = 1.75; // In voxels; trilinear interpolation looks √3 voxels beyond the
                                                    // wall.
+
+    double beyond(double distance) const { return mSide == Side::inside ? distance : -distance; }
 
     bool mOneSided = false;
     Side mSide = Side::inside;

@@ -15,9 +15,10 @@ TEST_CASE("PointLattice: batches hold all positions in order", "[field]") {
     const PointLattice lattice{{x, y, z}};
     std::vector<Vec3d> positions;
     lattice.forEachBatch([&](const LatticeBatch& batch) {
-        CHECK(batch.first == positions.size());
-        CHECK(batch.chosen.empty());
-        for (int i = 0; i < batch.points.size; ++i) positions.push_back(batch.points[i]);
+        CHECK(batch.first() == positions.size());
+        const PointBatch& points = batch.points();
+        REQUIRE(points.size == batch.size());
+        for (int i = 0; i < points.size; ++i) positions.push_back(points[i]);
     });
     REQUIRE(positions.size() == lattice.size());
     for (size_t n = 0; n < positions.size(); ++n)
@@ -26,19 +27,26 @@ TEST_CASE("PointLattice: batches hold all positions in order", "[field]") {
 
 TEST_CASE("PointLattice: has only the chosen combinations", "[field]") {
     const auto x = coordinates(0, 1, 5), y = coordinates(10, 1, 3), z = coordinates(20, 1, 7);
-    const auto step = GENERATE(uint32_t{1}, uint32_t{3}, uint32_t{50});
+    const auto step = GENERATE(uint32_t{1}, uint32_t{3}, uint32_t{50}), run = GENERATE(uint32_t{1}, uint32_t{13});
     std::vector<uint32_t> numbers;
-    for (uint32_t n = 2; n < x.size() * y.size() * z.size(); n += step) numbers.push_back(n);
+    for (uint32_t n = 2; n < x.size() * y.size() * z.size(); n += n % run == 0 ? step : 1) numbers.push_back(n);
     const PointLattice lattice{{x, y, z}, numbers};
     CHECK(lattice.size() == numbers.size());
     size_t count = 0;
     lattice.forEachBatch([&](const LatticeBatch& batch) {
-        CHECK(batch.first == count);
-        REQUIRE(batch.chosen.size() == static_cast<size_t>(batch.points.size));
-        for (int i = 0; i < batch.points.size; ++i, ++count) {
-            const uint32_t n = batch.chosen[static_cast<size_t>(i)];
+        CHECK(batch.first() == count);
+        const PointBatch& points = batch.points();
+        REQUIRE(points.size == batch.size());
+        int inRuns = 0;
+        batch.forEachRun([&](size_t from, size_t number, size_t length) {
+            CHECK(from == static_cast<size_t>(inRuns));
+            for (size_t k = 0; k < length; ++k) CHECK(batch.number(inRuns++) == number + k);
+        });
+        CHECK(inRuns == batch.size());
+        for (int i = 0; i < points.size; ++i, ++count) {
+            const size_t n = batch.number(i);
             CHECK(n == numbers[count]);
-            CHECK(batch.points[i] == Vec3d{{x[n / z.size() / y.size()], y[n / z.size() % y.size()], z[n % z.size()]}});
+            CHECK(points[i] == Vec3d{{x[n / z.size() / y.size()], y[n / z.size() % y.size()], z[n % z.size()]}});
         }
     });
     CHECK(count == numbers.size());
@@ -81,7 +89,7 @@ struct Prepared {
     template <int Order, class T>
     OnLattice<T, Order> onLattice(const PointLattice&) const {
         ++*times;
-        return [this](const LatticeBatch& batch, JetBatch<T, Order>& jets) { evalBatch(batch.points, jets); };
+        return [this](const LatticeBatch& batch, JetBatch<T, Order>& jets) { evalBatch(batch.points(), jets); };
     }
 };
 

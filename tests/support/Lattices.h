@@ -23,8 +23,9 @@ size_t differing(const ScalarField& field, const PointLattice& lattice) {
     lattice.forEachBatch([&](const LatticeBatch& batch) {
         JetBatch<T, Order> jets;
         on(batch, jets);
-        for (int i = 0; i < batch.points.size; ++i) {
-            const auto together = jets[i], alone = field.at<Order, T>(batch.points[i]);
+        const PointBatch& points = batch.points();
+        for (int i = 0; i < points.size; ++i) {
+            const auto together = jets[i], alone = field.at<Order, T>(points[i]);
             count += std::memcmp(&together, &alone, sizeof(alone)) != 0;
         }
     });

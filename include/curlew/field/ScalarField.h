@@ -247,7 +247,7 @@ class ScalarFieldN {
                 if constexpr (requires { mM.template onLattice<Order, T>(lattice); })
                     prepared = mM.template onLattice<Order, T>(lattice);
                 if (prepared) return true;
-                prepared = [this](const LatticeBatch& batch, JetBatch<T, Order>& jets) { run(batch.points, jets); };
+                prepared = [this](const LatticeBatch& batch, JetBatch<T, Order>& jets) { run(batch.points(), jets); };
             }
             return false;
         }

@@ -4,6 +4,8 @@
 #include "curlew/base/Simd.h"
 #include "curlew/math/Arithmetic.h"
 
+#include <utility>
+
 namespace curlew {
 
 // A kernel is a type with `template <class T> static void run(arguments…)`, written for numbers T (Arithmetic.h). It is
@@ -29,15 +31,22 @@ void runKernel(A&... arguments) {
     Kernel::template run<T>(arguments...);
 }
 
-/// The same for a kernel whose lanes are consecutive numbers on a line of `length`, at least 8: on no more lanes than
-/// that.
+/// The same for a kernel whose lanes are consecutive numbers on a line of `length`, at least 8. Calls
+/// run(begin, end, arguments…) with parts of the line, each on no more lanes than there are numbers up to its end:
+/// those of a part may include numbers before it.
 template <class Kernel, class T, class... A>
-void runOnLines(size_t length, A&... arguments) {
+void runOnLine(size_t length, A&... arguments) {
+    constexpr size_t kBegin = 0;
 #if defined(__x86_64__)
-    constexpr size_t kLanesOfAvx512 = 16;
-    if (length < kLanesOfAvx512 && activeSimd() == Simd::avx512) return runOnLanes<Avx2, Kernel, T>(arguments...);
+    constexpr size_t kWide = 16, kNarrow = 8; // lanes of AVX-512 and AVX2
+    if (activeSimd() == Simd::avx512) {
+        const size_t rest = length % kWide, wide = length < kWide ? 0 : rest > kNarrow ? length : length - rest;
+        if (wide > 0) runOnLanes<Avx512, Kernel, T>(kBegin, wide, arguments...);
+        if (wide < length) runOnLanes<Avx2, Kernel, T>(wide, std::as_const(length), arguments...);
+        return;
+    }
 #endif
-    runKernel<Kernel, T>(arguments...);
+    runKernel<Kernel, T>(kBegin, std::as_const(length), arguments...);
 }
 
 } // namespace curlew
