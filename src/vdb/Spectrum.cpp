@@ -210,21 +210,24 @@ struct LogSums {
     double weights = 0, k = 0, E = 0, kk = 0, kE = 0;
 };
 
+/// Calls use(shell, wave number) for the shells in a range that have energy.
+template <class Use>
+void forShells(const EnergySpectrum& spectrum, double lower, double upper, const Use& use) {
+    for (size_t s = 1; s < spectrum.energy.size(); ++s)
+        if (const double k = spectrum.waveNumber(s); k >= lower && k <= upper && spectrum.energy[s] > 0) use(s, k);
+}
+
 LogSums logSums(const EnergySpectrum& spectrum, double lower, double upper) {
     LogSums sums;
-    size_t shells = 0;
-    for (size_t s = 1; s < spectrum.energy.size(); ++s) {
-        const double waveNumber = spectrum.waveNumber(s);
-        if (!(waveNumber >= lower && waveNumber <= upper && spectrum.energy[s] > 0)) continue;
+    forShells(spectrum, lower, upper, [&](size_t s, double waveNumber) {
         const double weight = 1 / waveNumber, k = std::log(waveNumber), E = std::log(spectrum.energy[s]);
-        ++shells;
         sums.weights += weight;
         sums.k += weight * k;
         sums.E += weight * E;
         sums.kk += weight * k * k;
         sums.kE += weight * k * E;
-    }
-    if (shells < 2)
+    });
+    if (shellsIn(spectrum, lower, upper) < 2)
         throw ValueError(fmt::format(
             "a slope needs at least two shells with energy between the wave numbers {:.4g} and {:.4g}", lower, upper));
     return sums;
@@ -261,6 +264,12 @@ EnergySpectrum energySpectrum(const openvdb::Vec3SGrid& velocity, const Spectrum
         spectrum.kineticEnergy += moments.energy + ofMean;
     }
     return spectrum;
+}
+
+size_t shellsIn(const EnergySpectrum& spectrum, double lower, double upper) {
+    size_t count = 0;
+    forShells(spectrum, lower, upper, [&](size_t, double) { ++count; });
+    return count;
 }
 
 double powerLawSlope(const EnergySpectrum& spectrum, double lower, double upper) {

@@ -70,7 +70,7 @@ StaggeredBrick::Term termOn(const PointLattice& lattice, const Flow::Potentials&
     return {std::move(f), std::move(g)};
 }
 
-/// Whether each corner has some property.
+/// Whether each corner has some property: 1 or 0.
 using Flags = std::vector<uint8_t>;
 
 /// Returns the numbers of the corners whose flag is set.
@@ -147,7 +147,7 @@ void keepOnly(const Flags& these, Flags& flags) {
 }
 
 /// The terms of a flow that fades, on a lattice of the corners that are needed. f vanishes where the flow has faded,
-/// and g matters only where f does not vanish and one edge from there.
+/// and g matters only where f does not vanish and one edge from there. There, both are computed, in the same batches.
 std::vector<StaggeredBrick::Term> fadingTerms(const FlowOnVoxels& sampled, const Corners& corners, const Flags& needed,
                                               const PointLattice& lattice) {
     auto [fade] = valuesOn(lattice, std::array{sampled.flow.domain().wall->sdf.distance});
@@ -277,7 +277,7 @@ void StaggeredBrick::addPointValues(VelocityLeaf& leaf) const {
 }
 
 /// Integrates f dg over every edge in the direction of its axis, so that all faces that share the edge use the same
-/// bits. Determines in which rows of corners the f of any term is not zero.
+/// bits. `flowing`: the rows of corners where the f of any term may not be zero: all, if it fades nowhere.
 void StaggeredBrick::integrate(const Coord& leaf, Edges& edges, Rows& flowing) const {
     const auto step = mStep;
     const Coord lowest = leaf - mOrigin;

@@ -52,7 +52,7 @@ std::vector<Coord> leafOrigins(const Domain& domain, double voxel, const WallFad
     const Vec3d origin{{-0.5 * voxel, -0.5 * voxel, -0.5 * voxel}};
     const double volume = voxel * voxel * voxel, bytesPerVolume = sizeof(openvdb::Vec3s) / volume;
     const Vec3d edges = domain.box.size();
-    if (edges[0] * edges[1] * edges[2] * bytesPerVolume > available) {
+    if (!(edges[0] * edges[1] * edges[2] * bytesPerVolume <= available)) { // the domain may be smaller than its box
         const double inDomain = volumeOf(domain);
         requireMemory(inDomain * bytesPerVolume, fmt::format("a velocity grid of {:.3g} voxels", inDomain / volume),
                       "choose larger voxels");

@@ -267,7 +267,15 @@ TEST_CASE("spectrum action: reports and plots the spectrum of a velocity grid", 
     const auto saysSmall = Catch::Matchers::ContainsSubstring("warning: the peak is at the lowest wave number");
     CHECK_THAT(said("0,0,0,4,4,4"), !saysSmall);
     CHECK_THAT(said("0,0,0,0.5,0.5,0.5"), saysSmall);
+    const auto thin = folder.mustRun(
+        "-noise -noise seed=1 -dfvn box=0,0,0,1,1,0.04 -velocity voxel=0.02 -spectrum plot=b.svg -report b.json");
+    CHECK_THAT(thin.err, Catch::Matchers::ContainsSubstring("warning: no slope, because fewer than two shells"));
+    CHECK(jsonOf(folder / "b.json")["spectrum"]["slope"].is_null());
+    CHECK(jsonOf(folder / "b.json")["spectrum"]["kinetic_energy"].get<double>() > 0);
+    CHECK(std::filesystem::file_size(folder / "b.svg") > 1000);
     folder.mustFail("-noise -noise seed=1 -dfvn -velocity dim=8 -spectrum fit=100,200", {"-spectrum", "two shells"});
+    folder.mustFail("-uniform velocity=0,1,0 -velocity dim=16 box=-1,-1,-1,1,1,1 -spectrum",
+                    {"-spectrum", "two shells"});
     folder.mustFail("-sphere -spectrum", {"-spectrum", "velocity"});
 }
 

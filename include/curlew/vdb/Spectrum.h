@@ -45,6 +45,10 @@ struct EnergySpectrum {
 EnergySpectrum energySpectrum(const openvdb::Vec3SGrid& velocity, const SpectrumOptions& options = {},
                               const Monitor& monitor = {});
 
+/// Returns how many shells with wave numbers from `lower` to `upper`, in cycles per world unit, have energy. Shell 0
+/// does not count.
+size_t shellsIn(const EnergySpectrum& spectrum, double lower, double upper);
+
 /// Fits a power law to the shells with wave numbers from `lower` to `upper`, in cycles per world unit, and returns its
 /// slope. The fit is a least-squares line through log E over log k, each shell weighted by 1/k, so that every octave
 /// counts the same. Throws ValueError if fewer than 2 of these shells have energy.

@@ -6,6 +6,9 @@
 #include "curlew/vdb/ScalarGrids.h"
 #include "curlew/vdb/Spectrum.h"
 
+#include <limits>
+#include <optional>
+
 namespace curlew::app {
 
 namespace {
@@ -30,14 +33,33 @@ Interval fitOf(const Arguments& a, const EnergySpectrum& spectrum) {
     return {peak, std::max(0.5 * spectrum.nyquist, std::min(spectrum.nyquist, 2 * peak))};
 }
 
-/// Returns the plot of all shells up to the Nyquist wave number, without the mean velocity.
-PlotData plotOf(const EnergySpectrum& spectrum, const Interval& fit) {
-    const std::vector<double> law = powerLaw(spectrum, kKolmogorov, fit.lower, fit.upper);
-    PlotData data{.xName = "wave number, cycles per world unit", .curves = {{.name = "E(k)"}, {.name = "k^(-5/3)"}}};
+/// Returns the slope in a range. If nobody has asked for that range, and it has only one shell with energy, as in a
+/// thin box, warns and returns nothing. Throws ValueError if nothing but the mean velocity has energy.
+std::optional<double> slopeOf(Context& c, const Arguments& a, const EnergySpectrum& spectrum, const Interval& fit) {
+    const bool uniform = shellsIn(spectrum, 0, std::numeric_limits<double>::infinity()) == 0;
+    if (a.given("fit") || uniform || shellsIn(spectrum, fit.lower, fit.upper) >= 2)
+        return powerLawSlope(spectrum, fit.lower, fit.upper);
+    c.warn(fmt::format(
+        "no slope, because fewer than two shells with energy are between the wave numbers {:.4g} and {:.4g}; "
+        "a shell is {:.4g} wide, one cycle over the shortest side of the box, so use a thicker box or "
+        "smaller voxels",
+        fit.lower, fit.upper, spectrum.shellWidth));
+    return std::nullopt;
+}
+
+/// Returns the plot of all shells up to the Nyquist wave number, without the mean velocity; with Kolmogorov's law if
+/// the slope is known.
+PlotData plotOf(const EnergySpectrum& spectrum, const Interval& fit, bool withLaw) {
+    PlotData data{.xName = "wave number, cycles per world unit", .curves = {{.name = "E(k)"}}};
+    std::vector<double> law;
+    if (withLaw) {
+        law = powerLaw(spectrum, kKolmogorov, fit.lower, fit.upper);
+        data.curves.push_back({.name = "k^(-5/3)"});
+    }
     for (size_t s = 1; s < spectrum.energy.size() && spectrum.waveNumber(s) <= spectrum.nyquist; ++s) {
         data.x.push_back(spectrum.waveNumber(s));
         data.curves[0].y.push_back(spectrum.energy[s]);
-        data.curves[1].y.push_back(law[s]);
+        if (withLaw) data.curves[1].y.push_back(law[s]);
     }
     return data;
 }
@@ -48,11 +70,11 @@ void spectrum(Context& c, const Arguments& a) {
     const SpectrumOptions options = spectrumBinding().read(a);
     const EnergySpectrum found = energySpectrum(*grid, options, c.follow("spectrum"));
     const Interval fit = fitOf(a, found);
-    const double slope = powerLawSlope(found, fit.lower, fit.upper);
+    const std::optional<double> slope = slopeOf(c, a, found, fit);
     Json waveNumbers = Json::array();
     for (size_t s = 0; s < found.energy.size(); ++s) waveNumbers.push_back(found.waveNumber(s));
     c.report(a.text("name")) = {{"kinetic_energy", found.kineticEnergy},
-                                {"slope", slope},
+                                {"slope", slope ? Json(*slope) : Json()},
                                 {"fit_from", fit.lower},
                                 {"fit_to", fit.upper},
                                 {"peak", peakWaveNumber(found)},
@@ -61,18 +83,20 @@ void spectrum(Context& c, const Arguments& a) {
                                 {"samples", {found.samples[0], found.samples[1], found.samples[2]}},
                                 {"wave_numbers", waveNumbers},
                                 {"energy", found.energy}};
-    c.info(
-        fmt::format("spectrum: kinetic energy {:.4g}, peak at {:.4g} cycles per world unit; E(k) ~ k^{:.3g} from "
-                    "{:.4g} to {:.4g} (Kolmogorov: -5/3)",
-                    found.kineticEnergy, peakWaveNumber(found), slope, fit.lower, fit.upper));
+    const std::string law =
+        slope ? fmt::format("; E(k) ~ k^{:.3g} from {:.4g} to {:.4g} (Kolmogorov: -5/3)", *slope, fit.lower, fit.upper)
+              : "";
+    c.info(fmt::format("spectrum: kinetic energy {:.4g}, peak at {:.4g} cycles per world unit{}", found.kineticEnergy,
+                       peakWaveNumber(found), law));
     if (options.window != SpectrumWindow::none && peakWaveNumber(found) == found.waveNumber(1))
         c.warn(
             fmt::format("the peak is at the lowest wave number that the box can show, {:.4g} cycles per world unit, "
                         "so larger eddies may be cut off; use a larger box",
                         found.shellWidth));
     if (!a.given("plot")) return;
-    const std::string svg = plotSvg(
-        plotOf(found, fit), {.title = a.text("title"), .yLabel = "energy per wave number", .logX = true, .logY = true});
+    const std::string svg =
+        plotSvg(plotOf(found, fit, slope.has_value()),
+                {.title = a.text("title"), .yLabel = "energy per wave number", .logX = true, .logY = true});
     writeAtomically(a.text("plot"), [&](std::ostream& out) { out << svg; });
     c.info(fmt::format("wrote {}", a.text("plot")));
 }
