@@ -16,6 +16,7 @@ namespace curlew {
 using VelocityLeaf = openvdb::Vec3STree::LeafNodeType;
 
 constexpr int kLeafEdge = VelocityLeaf::DIM;
+constexpr size_t kLeafCorners = kLeafEdge + 1; ///< Of voxels along an edge of a leaf.
 
 /// A flow to be sampled on the voxels of a grid. Refers to the flow, the fade and the motion of the wall (nullptr if
 /// the wall is at rest).
@@ -90,12 +91,11 @@ class StaggeredBrick {
     void sample(VelocityLeaf& leaf) const;
 
   private:
-    static constexpr size_t kCorners = kLeafEdge + 1; ///< Of voxels along an edge of a leaf.
     // Integrals over the edges from each of the 9³ corners of a leaf to the next corner along each axis, z fastest.
-    static constexpr size_t kEdgeY = kCorners, kEdgeX = kCorners * kCorners;
-    using Edges = std::array<std::array<double, kEdgeX * kCorners>, 3>;
+    static constexpr size_t kEdgeY = kLeafCorners, kEdgeX = kLeafCorners * kLeafCorners;
+    using Edges = std::array<std::array<double, kEdgeX * kLeafCorners>, 3>;
     /// Some property of the rows of corners along z, [x][y].
-    using Rows = std::array<std::array<bool, kCorners>, kCorners>;
+    using Rows = std::array<std::array<bool, kLeafCorners>, kLeafCorners>;
 
     void integrate(const openvdb::Coord& leaf, Edges& edges, Rows& flowing) const;
     void addPointValues(VelocityLeaf& leaf) const;

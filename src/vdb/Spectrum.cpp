@@ -227,7 +227,7 @@ LogSums logSums(const EnergySpectrum& spectrum, double lower, double upper) {
         sums.kk += weight * k * k;
         sums.kE += weight * k * E;
     });
-    if (shellsIn(spectrum, lower, upper) < 2)
+    if (shellsIn(spectrum, lower, upper) < kShellsForSlope)
         throw ValueError(fmt::format(
             "a slope needs at least two shells with energy between the wave numbers {:.4g} and {:.4g}", lower, upper));
     return sums;

@@ -102,13 +102,12 @@ Numbers numbersOf(const Flags& flags) {
 
 /// Flags the corners of leaves.
 Flags cornersOf(std::span<const Coord> leaves, const openvdb::CoordBBox& box, const Corners& corners) {
-    constexpr size_t kCorners = kLeafEdge + 1; // along an edge of a leaf
     Flags flags(corners.count());
     for (const Coord& leaf : leaves) {
         const size_t first = corners.numberOf(leaf - box.min());
-        for (size_t i = 0; i < kCorners; ++i)
-            for (size_t j = 0; j < kCorners; ++j)
-                std::fill_n(&flags[first + i * corners.step[0] + j * corners.step[1]], kCorners, uint8_t{1});
+        for (size_t i = 0; i < kLeafCorners; ++i)
+            for (size_t j = 0; j < kLeafCorners; ++j)
+                std::fill_n(&flags[first + i * corners.step[0] + j * corners.step[1]], kLeafCorners, uint8_t{1});
     }
     return flags;
 }
@@ -288,20 +287,20 @@ void StaggeredBrick::integrate(const Coord& leaf, Edges& edges, Rows& flowing) c
     for (const Term& t : mTerms) {
         const double *f = &t.f[first], *g = &t.g[first];
         Rows own;
-        for (size_t i = 0; i < kCorners; ++i)
-            for (size_t j = 0; j < kCorners; ++j) {
-                own[i][j] = mFar || anyNonzero(f + i * step[0] + j * step[1], kCorners);
+        for (size_t i = 0; i < kLeafCorners; ++i)
+            for (size_t j = 0; j < kLeafCorners; ++j) {
+                own[i][j] = mFar || anyNonzero(f + i * step[0] + j * step[1], kLeafCorners);
                 flowing[i][j] |= own[i][j];
             }
         for (size_t axis = 0; axis < 3; ++axis) {
             // No edge begins at the last corner along the axis.
             const size_t alongX = axis == 0, alongY = axis == 1, alongZ = axis == 2;
-            for (size_t i = 0; i < kCorners - alongX; ++i)
-                for (size_t j = 0; j < kCorners - alongY; ++j) {
+            for (size_t i = 0; i < kLeafCorners - alongX; ++i)
+                for (size_t j = 0; j < kLeafCorners - alongY; ++j) {
                     if (!own[i][j] && !own[i + alongX][j + alongY]) continue;
                     const size_t from = i * step[0] + j * step[1];
                     double* sums = &edges[axis][i * kEdgeX + j * kEdgeY];
-                    addIntegrals(f + from, g + from, step[axis], kCorners - alongZ, sums);
+                    addIntegrals(f + from, g + from, step[axis], kLeafCorners - alongZ, sums);
                 }
         }
     }

@@ -49,9 +49,11 @@ EnergySpectrum energySpectrum(const openvdb::Vec3SGrid& velocity, const Spectrum
 /// does not count.
 size_t shellsIn(const EnergySpectrum& spectrum, double lower, double upper);
 
+constexpr size_t kShellsForSlope = 2;
+
 /// Fits a power law to the shells with wave numbers from `lower` to `upper`, in cycles per world unit, and returns its
 /// slope. The fit is a least-squares line through log E over log k, each shell weighted by 1/k, so that every octave
-/// counts the same. Throws ValueError if fewer than 2 of these shells have energy.
+/// counts the same. Throws ValueError if fewer than kShellsForSlope of these shells have energy.
 double powerLawSlope(const EnergySpectrum& spectrum, double lower, double upper);
 
 /// Returns E(k) of the power law with this slope, fitted to the same shells, for every shell; NaN for shell 0.

@@ -33,11 +33,11 @@ Interval fitOf(const Arguments& a, const EnergySpectrum& spectrum) {
     return {peak, std::max(0.5 * spectrum.nyquist, std::min(spectrum.nyquist, 2 * peak))};
 }
 
-/// Returns the slope in a range. If nobody has asked for that range, and it has only one shell with energy, as in a
+/// Returns the slope in a range. If nobody has asked for that range, and it has too few shells with energy, as in a
 /// thin box, warns and returns nothing. Throws ValueError if nothing but the mean velocity has energy.
 std::optional<double> slopeOf(Context& c, const Arguments& a, const EnergySpectrum& spectrum, const Interval& fit) {
     const bool uniform = shellsIn(spectrum, 0, std::numeric_limits<double>::infinity()) == 0;
-    if (a.given("fit") || uniform || shellsIn(spectrum, fit.lower, fit.upper) >= 2)
+    if (a.given("fit") || uniform || shellsIn(spectrum, fit.lower, fit.upper) >= kShellsForSlope)
         return powerLawSlope(spectrum, fit.lower, fit.upper);
     c.warn(fmt::format(
         "no slope, because fewer than two shells with energy are between the wave numbers {:.4g} and {:.4g}; "
