@@ -32,8 +32,8 @@ void runKernel(A&... arguments) {
 }
 
 /// The same for a kernel whose lanes are consecutive numbers on a line of `length`, at least 8. Calls
-/// run(begin, end, arguments…) with parts of the line, each on no more lanes than there are numbers up to its end:
-/// those of a part may include numbers before it.
+/// run(begin, end, arguments…) for parts of the line. If a part has fewer numbers than there are lanes, its lanes may
+/// begin before it; there are always enough numbers before its end.
 template <class Kernel, class T, class... A>
 void runOnLine(size_t length, A&... arguments) {
     constexpr size_t kBegin = 0;
